@@ -1,0 +1,102 @@
+//! Everything that a user can ask of a build and that changes its output, with the presets as their expansions.
+
+/// How trees are built. A name in the registry; more follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Object splits only, binned SAH (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007).
+    Binned,
+    /// Object and spatial splits (Stich, Friedrich and Dietrich, "Spatial Splits in Bounding Volume Hierarchies", 2009).
+    Sbvh,
+}
+
+/// Which axes object bins are tried on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axes {
+    All,
+    /// Only the longest axis of the centroid box: Wald's original, kept because its failure on architecture is a lesson.
+    Longest,
+}
+
+/// How a reference is cut at a spatial split plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Clip {
+    /// Cut only the reference's box: quicker, looser.
+    Box,
+    /// Cut the triangle (Sutherland–Hodgman) and take the tight box of what is left.
+    Exact,
+}
+
+/// One tree over everything, or one per mesh and one over the instances.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Levels {
+    /// Two levels when some mesh stands in several places, one otherwise.
+    Auto,
+    /// Bake every instance into one tree (`--flatten`).
+    One,
+    Two,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    Draft,
+    Balanced,
+    Best,
+}
+
+/// Every field changes the output and is part of the build key; thread counts and verbosity live elsewhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BuildOptions {
+    pub method: Method,
+    pub axes: Axes,
+    /// Object bins per axis, 2..=256. Small nodes use fewer.
+    pub bins: u32,
+    /// Spatial bins per axis, 2..=256.
+    pub spatial_bins: u32,
+    /// Most references in a leaf that the SAH may choose, 1..=255.
+    pub max_leaf: u32,
+    /// C_T: cost of an inner node.
+    pub traversal_cost: f32,
+    /// C_I: cost of a triangle test.
+    pub intersection_cost: f32,
+    pub clip: Clip,
+    /// Spatial splits are tried where the children of the best object split overlap by more than this share of the *root's*
+    /// area: 0 tries everywhere, 1 nowhere.
+    pub split_alpha: f32,
+    /// Most references a BLAS may have, as a multiple of its triangles: 1 forbids duplicates.
+    pub split_budget: f32,
+    /// Put a straddling reference wholly to one side where that is cheaper.
+    pub unsplit: bool,
+    pub levels: Levels,
+}
+
+impl BuildOptions {
+    pub fn preset(preset: Preset) -> BuildOptions {
+        let best = BuildOptions {
+            method: Method::Sbvh,
+            axes: Axes::All,
+            bins: 32,
+            spatial_bins: 32,
+            max_leaf: 8,
+            traversal_cost: 1.2,
+            intersection_cost: 1.0,
+            clip: Clip::Exact,
+            split_alpha: 1e-5,
+            split_budget: 1.5,
+            unsplit: true,
+            levels: Levels::Auto,
+        };
+        match preset {
+            Preset::Best => best,
+            Preset::Balanced => {
+                BuildOptions { bins: 16, spatial_bins: 16, split_alpha: 1e-4, split_budget: 1.25, ..best }
+            }
+            Preset::Draft => BuildOptions { method: Method::Binned, bins: 16, ..best },
+        }
+    }
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        BuildOptions::preset(Preset::Best)
+    }
+}

@@ -1,0 +1,110 @@
+use super::records::{BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, tree_flags};
+use super::view::View;
+use crate::geom::{Aabb, Affine};
+use crate::scene::Mesh;
+use crate::tree::{Accel, Node, Tree, quality};
+
+/// The content of a cache file in memory, ready to be written or traversed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Image {
+    pub nodes: Vec<Node>,
+    pub triangles: Vec<TriangleRecord>,
+    pub geoms: Vec<GeomRecord>,
+    pub blases: Vec<BlasRecord>,
+    pub tlas_nodes: Vec<Node>,
+    pub instances: Vec<InstanceRecord>,
+    /// Bits of [`tree_flags`].
+    pub flags: u32,
+}
+
+impl Image {
+    /// Lay out trees and geometry as the file's records.
+    pub fn new(accel: &Accel) -> Image {
+        let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
+        for (mesh, tree) in accel.meshes.iter().zip(&accel.blases) {
+            image.push_blas(mesh, tree);
+        }
+        let any_duplicates = image.blases.iter().any(|b| b.flags & tree_flags::DUP_REFS != 0);
+        image.flags |= if any_duplicates { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE };
+        if let Some(tlas) = &accel.tlas {
+            image.flags |= tree_flags::TWO_LEVEL;
+            image.tlas_nodes.clone_from(&tlas.nodes);
+            image.instances = tlas.refs.iter().map(|&id| instance_record(accel, id)).collect();
+        }
+        image
+    }
+
+    fn push_blas(&mut self, mesh: &Mesh, tree: &Tree) {
+        let blas = self.blases.len() as u32;
+        let first_geom = self.geoms.len() as u32;
+        self.geoms.extend(mesh.parts.iter().map(|part| GeomRecord {
+            source_mesh: part.source_mesh,
+            source_part: part.source_part,
+            baked_node: part.baked_node.unwrap_or(NO_NODE),
+            blas,
+            first_prim: part.first_prim,
+            prim_count: part.prim_count,
+            kept_count: part.triangle_count,
+            reserved: 0,
+            name_hash: if part.name.is_empty() { [0; 32] } else { *blake3::hash(part.name.as_bytes()).as_bytes() },
+        }));
+
+        // Count how often each triangle stands in the leaf order, to flag the duplicated ones.
+        let mut uses = vec![0u8; mesh.triangles.len()];
+        for &r in &tree.refs {
+            uses[r as usize] = uses[r as usize].saturating_add(1);
+        }
+        let duplicated = uses.iter().any(|&u| u > 1);
+        let bounds = if tree.nodes.is_empty() { Aabb { min: [0.0; 3], max: [0.0; 3] } } else { tree.bounds() };
+        self.blases.push(BlasRecord {
+            min: bounds.min,
+            max: bounds.max,
+            node_offset: self.nodes.len() as u64,
+            node_count: tree.nodes.len() as u32,
+            ref_offset: self.triangles.len() as u64,
+            ref_count: tree.refs.len() as u32,
+            prim_count: mesh.triangles.len() as u32,
+            max_depth: tree.max_depth(),
+            sah: quality::sah(&tree.nodes),
+            flags: if duplicated { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE },
+        });
+        self.nodes.extend_from_slice(&tree.nodes);
+        self.triangles.extend(tree.refs.iter().map(|&r| {
+            let r = r as usize;
+            let [v0, v1, v2] = mesh.corners(r).map(|p| p.map(|c| c + 0.0)); // -0.0 becomes +0.0
+            let part = mesh.parts.partition_point(|p| p.first_triangle + p.triangle_count <= r as u32) as u32;
+            let flags = if uses[r] > 1 { TriangleRecord::DUPLICATED } else { 0 };
+            TriangleRecord { v0, prim: mesh.source_prim(r), v1, geom: first_geom + part, v2, flags }
+        }));
+    }
+
+    pub fn view(&self) -> View<'_> {
+        View {
+            nodes: &self.nodes,
+            triangles: &self.triangles,
+            geoms: &self.geoms,
+            blases: &self.blases,
+            tlas_nodes: &self.tlas_nodes,
+            instances: &self.instances,
+        }
+    }
+}
+
+fn instance_record(accel: &Accel, id: u32) -> InstanceRecord {
+    let instance = &accel.instances[id as usize];
+    let object_to_world = instance.transform.to_f32();
+    let rounded = Affine::from_f32(&object_to_world);
+    // The scene room refuses singular transforms; one that becomes singular by rounding to f32 maps everything to itself
+    // here and is found by the check of the two matrices.
+    let world_to_object = rounded.inverse().unwrap_or(Affine::IDENTITY).to_f32();
+    InstanceRecord {
+        object_to_world,
+        world_to_object,
+        blas: instance.mesh,
+        id,
+        mask: u32::MAX,
+        flags: if rounded.determinant() < 0.0 { InstanceRecord::MIRRORED } else { 0 },
+        node: instance.node,
+        reserved: [0; 3],
+    }
+}

@@ -1,0 +1,12 @@
+//! The `.bvhc` file: fixed-size little-endian records in hashed, aligned sections behind a 256-byte header.
+//!
+//! `records` are the bytes, [`Image`] is a whole file's content in memory, [`View`] is the borrowed form that traversal reads,
+//! mapped or not. `format-spec/SPEC.md` is the law; this room knows no builder.
+
+mod image;
+mod records;
+mod view;
+
+pub use image::Image;
+pub use records::{BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, tree_flags};
+pub use view::View;

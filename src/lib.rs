@@ -1,0 +1,16 @@
+//! `bvhc` compiles triangle scenes into bounding volume hierarchies offline and stores them in a cache file that renderers,
+//! engines and simulators map into memory and traverse at once.
+//!
+//! ```text
+//! OBJ / glTF ─ scene:: ─▶ Scene ─ build:: ─▶ Accel ─ cache:: ─▶ file ─▶ check · stats · trace · your engine
+//! ```
+
+pub mod build;
+pub mod cache;
+pub mod geom;
+pub mod scene;
+pub mod trace;
+pub mod tree;
+
+#[cfg(feature = "cli")]
+pub mod cli;

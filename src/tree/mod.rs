@@ -1,0 +1,23 @@
+//! The linear tree: 32-byte nodes in canonical order plus the leaf-ordered list of references, and what can be said of it.
+//!
+//! Builders end in this room and the cache starts from it. A [`Tree`] is the same thing for a mesh (its references name
+//! triangles) and for a scene's top level (its references name instances).
+
+mod node;
+pub mod quality;
+
+pub use node::{MAX_DEPTH, Node, Tree};
+
+use crate::scene::{Instance, Mesh};
+
+/// Everything that a cache file stores, still in memory: one tree per mesh and, in a two-level file, one over the instances.
+#[derive(Clone, Debug, Default)]
+pub struct Accel {
+    /// The geometry that the BLASes index, parallel to `blases`. With `--flatten`, one mesh in world space.
+    pub meshes: Vec<Mesh>,
+    pub blases: Vec<Tree>,
+    /// `None`: one level, at most one BLAS, world space.
+    pub tlas: Option<Tree>,
+    /// What the TLAS's references index; empty without a TLAS.
+    pub instances: Vec<Instance>,
+}
