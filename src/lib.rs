@@ -8,6 +8,7 @@
 pub mod build;
 pub mod cache;
 pub mod geom;
+pub mod report;
 pub mod scene;
 pub mod trace;
 pub mod tree;
