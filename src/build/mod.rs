@@ -1,9 +1,49 @@
-//! Building: a [`Mesh`](crate::scene::Mesh) becomes a [`Tree`], a [`Scene`] becomes an [`Accel`].
+//! Building: a [`Mesh`](crate::scene::Mesh) becomes a [`Tree`](crate::tree::Tree), a [`Scene`](crate::scene::Scene) becomes an
+//! [`Accel`](crate::tree::Accel).
 //!
-//! Four roles never mix. The *driver* owns the work stack, node emission, the depth guarantee and leaf creation; a *strategy* (binned, spatial)
+//! Four roles never mix. The *driver* owns the recursion, node emission, the depth guarantee and leaf creation; a *strategy* (binned, spatial)
 //! answers one question, where to split this range; *cost* is the only place that knows the SAH; the *executor* is the only
 //! place that knows threads. A method name is a recipe in the *registry*, which also feeds `--help` and the build key.
 
+mod binned;
+mod bins;
+mod cost;
+pub mod driver;
+mod error;
+mod exec;
+mod lanes;
 mod options;
+mod output;
+mod partition;
+mod prim_ref;
+mod progress;
+mod strategy;
 
+pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
+pub use cost::Sah;
+pub use error::BuildError;
+pub use exec::Executor;
 pub use options::{Axes, BuildOptions, Clip, Levels, Method, Preset};
+pub use partition::bounds_of;
+pub use prim_ref::{PrimRef, PrimRefs};
+pub use progress::{NoProgress, Progress};
+pub use strategy::{Child, Decision, NodeTask, Strategy};
+
+use crate::scene::Mesh;
+use crate::tree::Tree;
+
+/// One mesh's tree by the method that the options name.
+pub fn build_tree(
+    mesh: &Mesh,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<Tree, BuildError> {
+    let count = mesh.triangles.len();
+    match options.method {
+        Method::Binned | Method::Sbvh => {
+            let refs = PrimRefs::of_mesh(mesh, 0, exec);
+            driver::build(refs, count, &Binned::new(options), options.max_leaf, exec, progress, count as u64)
+        }
+    }
+}

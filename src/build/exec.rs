@@ -1,0 +1,93 @@
+//! The only place that knows threads.
+//!
+//! Every operation has a sequential twin with identical results: work is cut into chunks whose size the caller fixes, and results come
+//! back in the order of the chunks, so nothing depends on how many threads there are or which of them was first.
+
+use super::error::BuildError;
+use rayon::prelude::*;
+
+/// Runs closures on a fixed number of threads, or all of them on the caller's.
+#[derive(Debug)]
+pub struct Executor {
+    /// `None`: the sequential twin.
+    pool: Option<rayon::ThreadPool>,
+}
+
+impl Executor {
+    /// Everything on the calling thread.
+    pub const fn sequential() -> Executor {
+        Executor { pool: None }
+    }
+
+    /// `jobs` threads; 0 means one per core.
+    pub fn new(jobs: usize) -> Result<Executor, BuildError> {
+        let jobs = if jobs == 0 { std::thread::available_parallelism().map_or(1, |n| n.get()) } else { jobs };
+        if jobs == 1 {
+            return Ok(Executor::sequential());
+        }
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(jobs)
+            .thread_name(|i| format!("bvhc-build-{i}"))
+            .build()
+            .map_err(|e| BuildError::Threads { jobs, reason: e.to_string() })?;
+        Ok(Executor { pool: Some(pool) })
+    }
+
+    pub fn threads(&self) -> usize {
+        self.pool.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
+    }
+
+    pub fn is_sequential(&self) -> bool {
+        self.pool.is_none()
+    }
+
+    /// Enter the pool: what `f` spawns through this executor runs on its threads.
+    pub fn run<R: Send>(&self, f: impl FnOnce() -> R + Send) -> R {
+        match &self.pool {
+            Some(pool) => pool.install(f),
+            None => f(),
+        }
+    }
+
+    /// Both closures, side by side where a thread is free.
+    pub fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+        match &self.pool {
+            Some(pool) => pool.join(a, b),
+            None => (a(), b()),
+        }
+    }
+
+    /// `f(index, item)` for every item; results in order.
+    pub fn map<T: Send, R: Send>(&self, items: Vec<T>, f: impl Fn(usize, T) -> R + Sync) -> Vec<R> {
+        match &self.pool {
+            Some(pool) => pool.install(|| items.into_par_iter().enumerate().map(|(i, item)| f(i, item)).collect()),
+            None => items.into_iter().enumerate().map(|(i, item)| f(i, item)).collect(),
+        }
+    }
+
+    /// `f(index, chunk)` for every chunk of `size` items (the last may be shorter); results in order.
+    pub fn map_chunks<T: Sync, R: Send>(
+        &self,
+        items: &[T],
+        size: usize,
+        f: impl Fn(usize, &[T]) -> R + Sync,
+    ) -> Vec<R> {
+        match &self.pool {
+            Some(pool) => pool.install(|| items.par_chunks(size).enumerate().map(|(i, c)| f(i, c)).collect()),
+            None => items.chunks(size).enumerate().map(|(i, c)| f(i, c)).collect(),
+        }
+    }
+
+    /// [`Executor::map_chunks`] over chunks that may be changed.
+    pub fn map_chunks_mut<T: Send, R: Send>(
+        &self,
+        items: &mut [T],
+        size: usize,
+        f: impl Fn(usize, &mut [T]) -> R + Sync,
+    ) -> Vec<R> {
+        match &self.pool {
+            Some(pool) => pool.install(|| items.par_chunks_mut(size).enumerate().map(|(i, c)| f(i, c)).collect()),
+            None => items.chunks_mut(size).enumerate().map(|(i, c)| f(i, c)).collect(),
+        }
+    }
+}
