@@ -7,6 +7,7 @@ mod header;
 mod image;
 pub mod keys;
 mod records;
+pub mod rules;
 mod section;
 mod view;
 

@@ -1,0 +1,76 @@
+//! `E03xx`: do the numbers that stand in several places agree?
+
+use super::{FOREIGN_WRITER, REBUILD, rules};
+
+rules! {
+    E0301 "node-total", "the header's node count is not the sum over the trees",
+        "node_count must be {expected}, the header states {actual}", "2-header",
+        means "What bvhc info shows without reading the trees is wrong.", because FOREIGN_WRITER, remedy REBUILD;
+    E0302 "ref-total", "the header's reference count is not the number of TRIS records",
+        "ref_count must be {expected}, the header states {actual}", "2-header",
+        means "What bvhc info shows without reading the trees is wrong.", because FOREIGN_WRITER, remedy REBUILD;
+    E0303 "prim-total", "the header's triangle count is not the sum over the trees",
+        "prim_count must be {expected}, the header states {actual}", "2-header",
+        means "What bvhc info shows without reading the trees is wrong.", because FOREIGN_WRITER, remedy REBUILD;
+    E0304 "blas-total", "the header's tree count is not the number of BLAS records",
+        "blas_count must be {expected}, the header states {actual}", "2-header",
+        means "What bvhc info shows without reading the trees is wrong.", because FOREIGN_WRITER, remedy REBUILD;
+    E0305 "instance-total", "the header's instance count is not the number of INST records",
+        "instance_count must be {expected}, the header states {actual}", "2-header",
+        means "What bvhc info shows without reading the trees is wrong.", because FOREIGN_WRITER, remedy REBUILD;
+    E0306 "stated-depth", "the header's depth is not that of the deepest tree",
+        "max_depth must be {expected}, the header states {actual}", "2-header",
+        means "A reader that sizes its traversal stack by this number would overflow it or waste it.",
+        because FOREIGN_WRITER, remedy REBUILD;
+    E0307 "scene-bounds", "the header's scene box is not the box of the root",
+        "scene_bounds must be {expected}, the header states {actual}", "2-header",
+        means "A renderer that places cameras or clips rays by this box would be wrong.",
+        because FOREIGN_WRITER, remedy REBUILD;
+    E0308 "frame-total", "the header states frames in a file without a sequence",
+        "frame_count must be {expected}, the header states {actual}", "2-header",
+        means "This version writes and reads single frames.", because FOREIGN_WRITER, remedy REBUILD;
+    E0309 "flags-against-content", "the header's tree flags are not what the trees are",
+        "tree_flags must be {expected}, the header states {actual}", "2-header",
+        means "A reader would refit a file with clipped boxes, or miss the top level.",
+        because FOREIGN_WRITER, remedy REBUILD;
+    E0310 "blas-node-range", "the trees do not tile the NODE section in order",
+        "the tree must start at record {expected}, BLAS states {actual}", "54-blas-64-bytes",
+        means "Two trees would share nodes, or nodes would belong to none. The tree was not checked.",
+        because FOREIGN_WRITER, remedy REBUILD;
+    E0311 "blas-ref-range", "the trees do not tile the TRIS section in order",
+        "the tree must start at record {expected}, BLAS states {actual}", "54-blas-64-bytes",
+        means "Two trees would share triangles, or triangles would belong to none. The tree was not checked.",
+        because FOREIGN_WRITER, remedy REBUILD;
+    E0312 "blas-node-count", "a tree has a node count that no tree can have",
+        "the node count must be {expected}, BLAS states {actual}", "54-blas-64-bytes",
+        means "A tree has a root, an unused record and pairs, hence an even count; it is empty exactly if it has no triangles.",
+        because FOREIGN_WRITER, remedy REBUILD;
+    E0313 "blas-flags", "a tree's flags are not one of those that a tree can have",
+        "the flags must be {expected}, BLAS states {actual}", "54-blas-64-bytes",
+        means "Whether triangles may repeat in this tree is not certain.", because FOREIGN_WRITER, remedy REBUILD;
+    E0314 "geom-blas", "a GEOM row names a tree that is not there, or the rows are not in the order of their trees",
+        "the tree must be {expected}, GEOM states {actual}", "53-geom-64-bytes",
+        means "Hits could not be mapped back to their source.", because FOREIGN_WRITER, remedy REBUILD;
+    E0315 "geom-reserved", "the reserved field of a GEOM row is not zero",
+        "reserved must be {expected}, it is {actual}", "53-geom-64-bytes",
+        means "Either a writer error, or a use of this field that a newer version invented without saying so.",
+        because FOREIGN_WRITER, remedy REBUILD;
+    E0316 "geom-range", "a GEOM row's primitive numbers do not fit 32 bits, or it keeps more than it has",
+        "{expected}, but {actual}", "53-geom-64-bytes",
+        means "Hits could not be mapped back to their source.", because FOREIGN_WRITER, remedy REBUILD;
+    E0317 "trees-without-top", "a file without a top level has more than one tree",
+        "at most {expected} tree without TWO_LEVEL, BLAS has {actual}", "2-header",
+        means "The other trees could never be reached by a ray.", because FOREIGN_WRITER, remedy REBUILD;
+    E0318 "geom-kept-count", "a GEOM row's count is not the number of its triangles in the file",
+        "kept_count must be {expected}, GEOM states {actual}", "53-geom-64-bytes",
+        means "Triangles of this part are missing or counted twice.", because FOREIGN_WRITER, remedy REBUILD;
+    E0319 "blas-prim-count", "a tree's triangle count is not the number of different triangles in it",
+        "prim_count must be {expected}, BLAS states {actual}", "54-blas-64-bytes",
+        means "Triangles are missing or counted twice.", because FOREIGN_WRITER, remedy REBUILD;
+    E0320 "geom-total", "a tree's parts do not add up to its triangle count",
+        "the kept_count of the tree's GEOM rows must add up to {expected}, they add up to {actual}", "53-geom-64-bytes",
+        means "Triangles are missing or counted twice.", because FOREIGN_WRITER, remedy REBUILD;
+    E0321 "part-name", "a part's name does not have the hash that GEOM states",
+        "name_hash must be {expected}, GEOM states {actual}", "7-nams",
+        means "Parts would be shown under the wrong names.", because FOREIGN_WRITER, remedy REBUILD;
+}
