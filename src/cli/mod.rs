@@ -1,1 +1,138 @@
-//! The command line: one file a command, and what they share (output, progress, exit codes).
+//! The command line: one file a command, and what they share.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `args` | what can be typed |
+//! | `commands/` | one command a file |
+//! | `exit` | the exit codes, the only table of them |
+//! | `failure` | errors as the user reads them, text and JSON |
+//! | `terminal` | the two streams, colour, quiet and verbose |
+//! | `names`, `figures` | foreign names and numbers as text |
+//! | `progress`, `interrupt` | the bar, and what a signal does |
+//! | `depfile` | dependencies for Ninja and Make |
+//!
+//! Results go to stdout; progress, warnings and errors go to stderr.
+
+pub mod args;
+pub mod commands;
+mod depfile;
+pub mod exit;
+mod failure;
+mod figures;
+mod interrupt;
+mod names;
+mod table;
+mod terminal;
+
+use args::{Cli, Command, GlobalArgs};
+use clap::{CommandFactory, Parser};
+use exit::Exit;
+use failure::Failure;
+use std::ffi::OsString;
+use std::sync::{Mutex, PoisonError};
+use terminal::Terminal;
+
+/// What every command is given: where it talks to, and the global flags.
+pub struct Context {
+    terminal: Terminal,
+    global: GlobalArgs,
+}
+
+/// The clap definition with generated texts filled in.
+pub fn command() -> clap::Command {
+    Cli::command()
+}
+
+/// Parse, run, report: everything between the operating system's arguments and its exit status.
+pub fn run(args: Vec<OsString>) -> Exit {
+    let json = args.iter().any(|a| a == "--json");
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(error) => return report_usage(&error, json),
+    };
+    let global = cli.global.clone();
+    let terminal = Terminal::new(global.color, global.quiet, global.verbose, global.json);
+    let context = Context { terminal, global };
+    note_panics();
+    let outcome = guarded(|| interrupt::install().and_then(|()| dispatch(&cli.command, &context)));
+    outcome.unwrap_or_else(|failure| {
+        terminal.error(&failure);
+        failure.exit
+    })
+}
+
+fn dispatch(command: &Command, context: &Context) -> Result<Exit, Failure> {
+    match command {
+        Command::Build(args) => commands::build::run(args, context),
+        Command::Info(args) => commands::info::run(args, context),
+        Command::Stats(args) => commands::stats::run(args, context),
+        Command::Check(args) => commands::check::run(args, context),
+        Command::Convert(args) => commands::convert::run(args, context),
+        Command::Explain(args) => commands::explain::run(args, context),
+        Command::Completions(args) => commands::completions::run(args, context),
+        Command::Man(args) => commands::man::run(args, context),
+        Command::Reference(args) => commands::reference::run(args, context),
+    }
+}
+
+/// Help and version go to stdout and are fine; anything else that clap has to say is a usage error.
+fn report_usage(error: &clap::Error, json: bool) -> Exit {
+    if json && error.use_stderr() {
+        let text = error.render().to_string();
+        let mut lines = text.lines().filter(|l| !l.trim().is_empty());
+        let action = lines.next().unwrap_or_default().trim_start_matches("error: ");
+        let failure = lines.fold(Failure::new(Exit::Usage, action), |f, line| f.fact(line.trim()));
+        Terminal::new(terminal::ColorChoice::Never, false, 0, true).error(&failure);
+        return Exit::Usage;
+    }
+    // A closed pipe is the only way in which this fails, and then there is nobody to tell.
+    let _ = error.print();
+    if error.use_stderr() { Exit::Usage } else { Exit::Success }
+}
+
+/// Where the last panic was, for the report; the default hook would print it in its own form.
+static PANIC_PLACE: Mutex<Option<String>> = Mutex::new(None);
+
+fn note_panics() {
+    std::panic::set_hook(Box::new(|info| {
+        let place = info.location().map(|l| format!("{}:{}", l.file(), l.line()));
+        *PANIC_PLACE.lock().unwrap_or_else(PoisonError::into_inner) = place;
+        if std::env::var_os("RUST_BACKTRACE").is_some_and(|v| v != "0") {
+            eprintln!("{}", std::backtrace::Backtrace::force_capture());
+        }
+    }));
+}
+
+/// Run a command; a panic, which is always a bug, becomes a failure that asks for a report.
+fn guarded(run: impl FnOnce() -> Result<Exit, Failure>) -> Result<Exit, Failure> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).unwrap_or_else(|payload| {
+        let text = payload.downcast_ref::<&str>().map(|s| (*s).to_string());
+        let text = text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_default();
+        let place = PANIC_PLACE.lock().unwrap_or_else(PoisonError::into_inner).take();
+        Err(Failure::new(Exit::Internal, "this is a bug in bvhc")
+            .fact(format!(
+                "version {}, {}: {text}",
+                env!("CARGO_PKG_VERSION"),
+                place.as_deref().unwrap_or("unknown place")
+            ))
+            .help("please report it with this message, the command line and, if you can share it, the input"))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_ends_in_the_internal_code_and_asks_for_a_report() {
+        let failure = guarded(|| panic!("box {} is empty", 7)).unwrap_err();
+        assert_eq!(failure.exit, Exit::Internal);
+        let text = failure.to_text(str::to_string);
+        assert!(text.contains("box 7 is empty") && text.contains("please report"), "{text}");
+    }
+
+    #[test]
+    fn the_definition_is_sound() {
+        command().debug_assert();
+    }
+}

@@ -1,0 +1,12 @@
+use crate::cli::Context;
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use clap::Args;
+
+/// Not yet
+#[derive(Debug, Args)]
+pub struct ConvertArgs {}
+
+pub fn run(_args: &ConvertArgs, _context: &Context) -> Result<Exit, Failure> {
+    Err(Failure::new(Exit::Unsupported, "cannot convert yet"))
+}

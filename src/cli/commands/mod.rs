@@ -1,0 +1,11 @@
+//! The commands, one file each: its flags as a clap type, and `run`.
+
+pub mod build;
+pub mod check;
+pub mod completions;
+pub mod convert;
+pub mod explain;
+pub mod info;
+pub mod man;
+pub mod reference;
+pub mod stats;

@@ -1,0 +1,93 @@
+//! Makefile-syntax dependency files that both Ninja and Make read.
+//!
+//! One rule, one target (older Ninja refuses several), the target exactly as given because Ninja compares strings.
+
+use super::exit::Exit;
+use super::failure::Failure;
+use super::names;
+use std::path::{Path, PathBuf};
+
+/// The whole file: `target: inputs…`, and with `phony` one empty rule per input, so that Make does not stop when an input
+/// has been removed.
+pub fn render(target: &Path, inputs: &[PathBuf], phony: bool) -> Result<Vec<u8>, Failure> {
+    let mut out = escape(target)?;
+    out.push(b':');
+    let mut seen = std::collections::BTreeSet::new();
+    let inputs: Vec<&PathBuf> = inputs.iter().filter(|path| seen.insert(*path)).collect();
+    for input in &inputs {
+        out.extend_from_slice(b" \\\n  ");
+        out.extend(escape(input)?);
+    }
+    out.push(b'\n');
+    if phony {
+        for input in &inputs {
+            out.push(b'\n');
+            out.extend(escape(input)?);
+            out.extend_from_slice(b":\n");
+        }
+    }
+    Ok(out)
+}
+
+/// Escape one name: a backslash before a space or `#`, with the backslashes that precede it doubled; `$` as `$$`. Names with
+/// line breaks cannot be written in this syntax at all.
+fn escape(path: &Path) -> Result<Vec<u8>, Failure> {
+    let name = path.as_os_str().as_encoded_bytes();
+    if name.iter().any(|b| matches!(b, b'\n' | b'\r' | 0)) {
+        return Err(Failure::new(Exit::Usage, "cannot write a depfile")
+            .fact(format!("{} contains a line break, which the syntax of depfiles cannot express", names::path(path)))
+            .help("rename the file, or build without --depfile"));
+    }
+
+    // Walk the bytes with the length of the run of backslashes that ends here: only before a space, a tab or `#` does Make
+    // read backslashes as escapes, so only there they are doubled.
+    let mut out = Vec::with_capacity(name.len() + 8);
+    let mut backslashes = 0;
+    for &b in name {
+        match b {
+            b' ' | b'\t' | b'#' => {
+                out.extend(std::iter::repeat_n(b'\\', backslashes + 1));
+                out.push(b);
+            }
+            b'$' => out.extend_from_slice(b"$$"),
+            _ => out.push(b),
+        }
+        backslashes = if b == b'\\' { backslashes + 1 } else { 0 };
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rendered(target: &str, inputs: &[&str], phony: bool) -> String {
+        let inputs: Vec<PathBuf> = inputs.iter().map(PathBuf::from).collect();
+        String::from_utf8(render(Path::new(target), &inputs, phony).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn one_rule_with_every_input_once() {
+        assert_eq!(
+            rendered("out/a.bvhc", &["a.gltf", "a.bin", "a.gltf"], false),
+            "out/a.bvhc: \\\n  a.gltf \\\n  a.bin\n"
+        );
+    }
+
+    #[test]
+    fn phony_rules_follow() {
+        assert_eq!(rendered("a.bvhc", &["a.obj"], true), "a.bvhc: \\\n  a.obj\n\na.obj:\n");
+    }
+
+    #[test]
+    fn special_characters_are_escaped() {
+        assert_eq!(rendered("o", &["my rock#1 $x.obj"], false), "o: \\\n  my\\ rock\\#1\\ $$x.obj\n");
+        assert_eq!(rendered("o", &["a\\ b"], false), "o: \\\n  a\\\\\\ b\n");
+        assert_eq!(rendered("o", &["a\\b"], false), "o: \\\n  a\\b\n");
+    }
+
+    #[test]
+    fn line_breaks_are_refused() {
+        assert!(render(Path::new("a\nb"), &[], false).is_err());
+    }
+}

@@ -1,0 +1,124 @@
+//! The exit codes: one table, from which `--help`, the man page and the README are generated.
+
+/// How the process ends. Any other non-zero status means that the process was killed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    Success = 0,
+    Negative = 1,
+    Usage = 2,
+    Io = 3,
+    Model = 4,
+    Unsupported = 5,
+    Limit = 6,
+    Internal = 7,
+    Mixed = 10,
+    TryAgain = 75,
+    Interrupted = 130,
+}
+
+impl Exit {
+    pub const ALL: [Exit; 11] = [
+        Exit::Success,
+        Exit::Negative,
+        Exit::Usage,
+        Exit::Io,
+        Exit::Model,
+        Exit::Unsupported,
+        Exit::Limit,
+        Exit::Internal,
+        Exit::Mixed,
+        Exit::TryAgain,
+        Exit::Interrupted,
+    ];
+
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The name in JSON error objects.
+    pub fn name(self) -> &'static str {
+        match self {
+            Exit::Success => "success",
+            Exit::Negative => "negative",
+            Exit::Usage => "usage",
+            Exit::Io => "io",
+            Exit::Model => "model",
+            Exit::Unsupported => "unsupported",
+            Exit::Limit => "limit",
+            Exit::Internal => "internal",
+            Exit::Mixed => "mixed",
+            Exit::TryAgain => "try-again",
+            Exit::Interrupted => "interrupted",
+        }
+    }
+
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Exit::Success => "done, valid, or already up to date",
+            Exit::Negative => "negative verdict: a cache file is invalid, or --dry-run --exit-code found work to do",
+            Exit::Usage => "the command line is wrong",
+            Exit::Io => "a file could not be read or written",
+            Exit::Model => "a model is malformed or refused by policy",
+            Exit::Unsupported => "a format version or feature that this version does not support",
+            Exit::Limit => "a limit was exceeded, such as --max-memory",
+            Exit::Internal => "a bug in bvhc: please report",
+            Exit::Mixed => "some inputs succeeded and some failed (all failed alike: that code)",
+            Exit::TryAgain => "an input changed while it was being built; nothing was written, try again",
+            Exit::Interrupted => "interrupted (SIGINT, SIGTERM); no partial output is left",
+        }
+    }
+
+    /// The code for a run over several inputs: the common one, or [`Exit::Mixed`].
+    pub fn combine(results: impl IntoIterator<Item = Exit>) -> Exit {
+        let mut results = results.into_iter();
+        let first = results.next().unwrap_or(Exit::Success);
+        results.fold(first, |all, one| if all == one { all } else { Exit::Mixed })
+    }
+}
+
+impl From<Exit> for std::process::ExitCode {
+    fn from(exit: Exit) -> Self {
+        exit.code().into()
+    }
+}
+
+/// The table at the end of `--help` and in the man page.
+pub fn help_table() -> String {
+    let mut text = String::from("Exit codes:\n");
+    for exit in Exit::ALL {
+        text.push_str(&format!("  {:>3}  {}\n", exit.code(), exit.meaning()));
+    }
+    text.truncate(text.trim_end().len());
+    text
+}
+
+/// The same as a Markdown table, for the README.
+pub fn markdown_table() -> String {
+    let mut text = String::from("| code | name | meaning |\n|---:|---|---|\n");
+    for exit in Exit::ALL {
+        text.push_str(&format!("| {} | {} | {} |\n", exit.code(), exit.name(), exit.meaning()));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_and_names_are_unique_and_ascending() {
+        assert!(Exit::ALL.windows(2).all(|w| w[0].code() < w[1].code()));
+        let names: std::collections::BTreeSet<_> = Exit::ALL.iter().map(|e| e.name()).collect();
+        assert_eq!(names.len(), Exit::ALL.len());
+    }
+
+    #[test]
+    fn a_common_failure_keeps_its_code_and_different_ends_are_mixed() {
+        assert_eq!(Exit::combine([]), Exit::Success);
+        assert_eq!(Exit::combine([Exit::Io, Exit::Io]), Exit::Io);
+        assert_eq!(Exit::combine([Exit::Io, Exit::Model]), Exit::Mixed);
+        assert_eq!(Exit::combine([Exit::Success, Exit::Io, Exit::Io]), Exit::Mixed);
+        assert_eq!(Exit::combine([Exit::Success, Exit::Success]), Exit::Success);
+    }
+}

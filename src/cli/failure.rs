@@ -1,0 +1,88 @@
+//! What the user reads when a command cannot do its work.
+
+use super::exit::Exit;
+use serde::Serialize;
+
+/// A failed action: what was tried, the facts that stopped it, and a command that helps.
+///
+/// ```text
+/// error: cannot build rock.bvhc
+///   rock.obj does not exist
+/// help: …
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    pub exit: Exit,
+    /// The failed action, beginning with "cannot".
+    pub action: String,
+    /// One a line; the fact with both values, then the rule.
+    pub facts: Vec<String>,
+    pub help: Option<String>,
+    /// Say nothing: the reader of our output has gone away.
+    pub silent: bool,
+}
+
+/// The object that `--json` puts on stderr, one line.
+#[derive(Serialize)]
+struct JsonFailure<'a> {
+    reason: &'static str,
+    exit_code: u8,
+    exit_name: &'static str,
+    error: &'a str,
+    facts: &'a [String],
+    help: Option<&'a str>,
+}
+
+impl Failure {
+    pub fn new(exit: Exit, action: impl Into<String>) -> Failure {
+        Failure { exit, action: action.into(), facts: Vec::new(), help: None, silent: false }
+    }
+
+    /// The end of a run whose stdout was closed early by its reader (`bvhc … | head`): no error, no message.
+    pub fn broken_pipe() -> Failure {
+        Failure { silent: true, ..Failure::new(Exit::Success, "cannot write to a closed pipe") }
+    }
+
+    pub fn interrupted() -> Failure {
+        Failure::new(Exit::Interrupted, "interrupted: nothing was written for the current output")
+    }
+
+    #[must_use]
+    pub fn fact(mut self, fact: impl Into<String>) -> Failure {
+        self.facts.push(fact.into());
+        self
+    }
+
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Failure {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Text for people, without the final line break. `paint` colours the leading word.
+    pub fn to_text(&self, paint: impl Fn(&str) -> String) -> String {
+        let mut text = format!("{} {}", paint("error:"), self.action);
+        for line in self.facts.iter().flat_map(|f| f.lines()) {
+            text.push_str("\n  ");
+            text.push_str(line);
+        }
+        if let Some(help) = &self.help {
+            text.push_str("\nhelp: ");
+            text.push_str(help);
+        }
+        text
+    }
+
+    pub fn to_json(&self) -> String {
+        let object = JsonFailure {
+            reason: "error",
+            exit_code: self.exit.code(),
+            exit_name: self.exit.name(),
+            error: &self.action,
+            facts: &self.facts,
+            help: self.help.as_deref(),
+        };
+        // Strings and small integers always serialise.
+        serde_json::to_string(&object).unwrap_or_default()
+    }
+}

@@ -1,0 +1,95 @@
+//! Numbers for people: grouped counts, decimal sizes, durations, percentages; and sizes as people write them.
+
+use std::time::Duration;
+
+/// `69451` as `69,451`.
+pub fn count(n: impl Into<u64>) -> String {
+    let digits = n.into().to_string();
+    let mut out = String::with_capacity(digits.len() + digits.len() / 3);
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// Decimal units, three significant digits or so: `812 B`, `3.3 MB`.
+pub fn bytes(n: u64) -> String {
+    let units = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
+    let mut value = n as f64;
+    let mut unit = 0;
+    while value >= 999.5 && unit + 1 < units.len() {
+        value /= 1000.0;
+        unit += 1;
+    }
+    if unit == 0 || value >= 99.95 {
+        format!("{value:.0} {}", units[unit])
+    } else {
+        format!("{value:.1} {}", units[unit])
+    }
+}
+
+/// `0.41 s`, `12.3 s`; below 10 ms in milliseconds.
+pub fn seconds(d: Duration) -> String {
+    let s = d.as_secs_f64();
+    if s < 0.01 {
+        format!("{:.1} ms", s * 1e3)
+    } else if s < 10.0 {
+        format!("{s:.2} s")
+    } else {
+        format!("{s:.1} s")
+    }
+}
+
+/// A SAH or similar cost: three or four significant digits.
+pub fn cost(v: f64) -> String {
+    if v >= 100.0 { format!("{v:.0}") } else { format!("{v:.1}") }
+}
+
+/// The reading of `512M`, `8G`, `1048576`: binary multiples, as memory is counted.
+pub fn parse_size(text: &str) -> Result<u64, String> {
+    let bad = || format!("`{text}` is not a size; write a number of bytes or a number with K, M, G or T, such as 512M");
+    let upper = text.trim().to_ascii_uppercase();
+    let upper = upper.strip_suffix("IB").or_else(|| upper.strip_suffix('B')).unwrap_or(&upper);
+    let (digits, shift) = match upper.char_indices().next_back().ok_or_else(bad)? {
+        (i, 'K') => (&upper[..i], 10),
+        (i, 'M') => (&upper[..i], 20),
+        (i, 'G') => (&upper[..i], 30),
+        (i, 'T') => (&upper[..i], 40),
+        _ => (upper, 0),
+    };
+    let number: u64 = digits.trim().parse().map_err(|_| bad())?;
+    number.checked_mul(1 << shift).ok_or_else(|| format!("`{text}` is more than this machine can address"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_grouped_by_thousands() {
+        assert_eq!(count(0u32), "0");
+        assert_eq!(count(999u32), "999");
+        assert_eq!(count(69_451u32), "69,451");
+        assert_eq!(count(u64::MAX), "18,446,744,073,709,551,615");
+    }
+
+    #[test]
+    fn sizes_keep_about_three_digits() {
+        assert_eq!(bytes(812), "812 B");
+        assert_eq!(bytes(3_300_000), "3.3 MB");
+        assert_eq!(bytes(999_700), "1.0 MB");
+        assert_eq!(bytes(421_000_000), "421 MB");
+    }
+
+    #[test]
+    fn sizes_are_read_as_people_write_them() {
+        assert_eq!(parse_size("1048576"), Ok(1 << 20));
+        assert_eq!(parse_size("512M"), Ok(512 << 20));
+        assert_eq!(parse_size("8GiB"), Ok(8 << 30));
+        assert!(parse_size("").is_err() && parse_size("M").is_err() && parse_size("-1").is_err());
+        assert!(parse_size("99999999999T").is_err());
+    }
+}

@@ -1,0 +1,139 @@
+//! The two streams: results on stdout, everything else on stderr. What is shown and how is decided once, at the start.
+
+use super::exit::Exit;
+use super::failure::Failure;
+use std::io::{self, ErrorKind, IsTerminal, Write};
+
+/// When to use colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum ColorChoice {
+    /// On a terminal, unless NO_COLOR is set or TERM is `dumb`
+    Auto,
+    Always,
+    Never,
+}
+
+/// Where a command talks to.
+#[derive(Clone, Copy, Debug)]
+pub struct Terminal {
+    /// Nothing but errors on stderr.
+    pub quiet: bool,
+    pub verbose: u8,
+    /// One JSON document on stdout instead of text.
+    pub json: bool,
+    color_out: bool,
+    color_err: bool,
+    progress: bool,
+}
+
+/// The few colours of the tool, as SGR numbers.
+#[derive(Clone, Copy, Debug)]
+pub enum Paint {
+    Bold,
+    Red,
+    Green,
+    Yellow,
+    Cyan,
+}
+
+impl Terminal {
+    pub fn new(choice: ColorChoice, quiet: bool, verbose: u8, json: bool) -> Terminal {
+        let dumb = std::env::var_os("TERM").is_some_and(|t| t == "dumb");
+        let no_color = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+        let allowed = |tty: bool| match choice {
+            ColorChoice::Always => true,
+            ColorChoice::Never => false,
+            ColorChoice::Auto => tty && !no_color && !dumb,
+        };
+        let (out_tty, err_tty) = (io::stdout().is_terminal(), io::stderr().is_terminal());
+        Terminal {
+            quiet,
+            verbose,
+            json,
+            color_out: allowed(out_tty),
+            color_err: allowed(err_tty),
+            progress: err_tty && !dumb && !quiet && !json,
+        }
+    }
+
+    /// Draw a progress bar?
+    pub fn wants_progress(&self) -> bool {
+        self.progress
+    }
+
+    /// Write text to stdout as it is.
+    pub fn print(&self, text: &str) -> Result<(), Failure> {
+        let mut out = io::stdout().lock();
+        out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| stdout_failure(&e))
+    }
+
+    /// Write one result line to stdout.
+    pub fn result(&self, line: &str) -> Result<(), Failure> {
+        self.print(&format!("{line}\n"))
+    }
+
+    /// Write one JSON document to stdout, indented for the reader and ended by a line break.
+    pub fn document(&self, value: &impl serde::Serialize) -> Result<(), Failure> {
+        let text = serde_json::to_string_pretty(value)
+            .map_err(|e| Failure::new(Exit::Internal, "cannot write JSON").fact(e.to_string()))?;
+        self.result(&text)
+    }
+
+    /// A remark on stderr that `-q` silences.
+    pub fn note(&self, line: &str) {
+        if !self.quiet {
+            self.stderr(line);
+        }
+    }
+
+    /// A remark on stderr that only `-v` shows.
+    pub fn detail(&self, line: &str) {
+        if self.verbose > 0 && !self.quiet {
+            self.stderr(line);
+        }
+    }
+
+    pub fn warn(&self, line: &str) {
+        self.note(&format!("{} {line}", self.paint_err(Paint::Yellow, "warning:")));
+    }
+
+    /// An error on stderr, as text or as one line of JSON.
+    pub fn error(&self, failure: &Failure) {
+        if !failure.silent {
+            let text = if self.json { failure.to_json() } else { failure.to_text(|w| self.paint_err(Paint::Red, w)) };
+            self.stderr(&text);
+        }
+    }
+
+    pub fn paint(&self, paint: Paint, text: &str) -> String {
+        if self.color_out { sgr(paint, text) } else { text.to_string() }
+    }
+
+    fn paint_err(&self, paint: Paint, text: &str) -> String {
+        if self.color_err { sgr(paint, text) } else { text.to_string() }
+    }
+
+    /// Whoever closed stderr does not want to hear that it is closed.
+    fn stderr(&self, line: &str) {
+        let _ = writeln!(io::stderr().lock(), "{line}");
+    }
+}
+
+fn sgr(paint: Paint, text: &str) -> String {
+    let code = match paint {
+        Paint::Bold => "1",
+        Paint::Red => "1;31",
+        Paint::Green => "32",
+        Paint::Yellow => "33",
+        Paint::Cyan => "36",
+    };
+    format!("\x1b[{code}m{text}\x1b[0m")
+}
+
+fn stdout_failure(error: &io::Error) -> Failure {
+    if error.kind() == ErrorKind::BrokenPipe {
+        Failure::broken_pipe()
+    } else {
+        Failure::new(Exit::Io, "cannot write to standard output").fact(error.to_string())
+    }
+}

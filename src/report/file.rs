@@ -1,0 +1,130 @@
+//! [`FileReport`]: the trees of one file, folded.
+
+use super::stats::{TreeReport, TreeStats};
+use crate::cache::View;
+use serde::Serialize;
+
+/// What `bvhc stats --json` prints for each file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FileReport {
+    pub path: String,
+    pub file_len: u64,
+    /// Bytes of the file per distinct triangle; 0 without triangles.
+    pub bytes_per_triangle: f64,
+    /// 1, or 2 with a tree over instances.
+    pub levels: u32,
+    pub instances: u64,
+    /// Triangles that a ray can hit: each mesh counted as often as it stands in the scene.
+    pub instanced_triangles: u64,
+    /// All BLASes together. The SAH is the mean over trees weighted by the areas of their roots.
+    pub blas: TreeReport,
+    /// How the BLASes differ; `None` for a file with a single one.
+    pub blas_spread: Option<BlasSpread>,
+    pub tlas: Option<TreeReport>,
+}
+
+/// The extremes among several BLASes, with their numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BlasSpread {
+    pub count: u64,
+    /// Trees without triangles.
+    pub empty: u64,
+    pub largest: Extreme,
+    pub deepest: Extreme,
+    pub highest_sah: Extreme,
+    /// Over the trees that are not empty, each counted alike.
+    pub mean_sah: f64,
+}
+
+/// The BLAS in which a value is greatest; the first of equals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Extreme {
+    pub blas: u64,
+    pub value: f64,
+}
+
+impl FileReport {
+    /// Walk every tree of a file once.
+    pub fn of_view(path: String, file_len: u64, view: &View) -> FileReport {
+        let each: Vec<TreeStats> = (0..view.blases.len())
+            .filter_map(|i| Some(TreeStats::of_tree(view.blas(i)?.nodes, u64::from(view.blases[i].prim_count))))
+            .collect();
+        let spread = (each.len() > 1).then(|| BlasSpread::of_trees(&each));
+        let blas = each.into_iter().fold(TreeStats::default(), |all, one| all + one);
+
+        // A one-level file is its own only instance.
+        let two_levels = !view.tlas_nodes.is_empty() || !view.instances.is_empty();
+        let hit_by = |blas: u32| view.blases.get(blas as usize).map_or(0, |b| u64::from(b.prim_count));
+        let instanced: u64 = view.instances.iter().map(|i| hit_by(i.blas)).fold(0, u64::saturating_add);
+        let tlas = two_levels.then(|| TreeStats::of_tree(view.tlas_nodes, view.instances.len() as u64));
+        FileReport {
+            path,
+            file_len,
+            bytes_per_triangle: if blas.prims == 0 { 0.0 } else { file_len as f64 / blas.prims as f64 },
+            levels: if two_levels { 2 } else { 1 },
+            instances: view.instances.len() as u64,
+            instanced_triangles: if two_levels { instanced } else { blas.prims },
+            blas: TreeReport::from(&blas),
+            blas_spread: spread,
+            tlas: tlas.as_ref().map(TreeReport::from),
+        }
+    }
+}
+
+impl BlasSpread {
+    fn of_trees(trees: &[TreeStats]) -> BlasSpread {
+        let greatest = |value: &dyn Fn(&TreeStats) -> f64| {
+            trees.iter().enumerate().fold(Extreme::default(), |best, (i, tree)| {
+                if value(tree) > best.value { Extreme { blas: i as u64, value: value(tree) } } else { best }
+            })
+        };
+        let empty = trees.iter().filter(|t| t.nodes == 0).count();
+        let sah_sum: f64 = trees.iter().map(TreeStats::sah).sum();
+        BlasSpread {
+            count: trees.len() as u64,
+            empty: empty as u64,
+            largest: greatest(&|t| t.prims as f64),
+            deepest: greatest(&|t| f64::from(t.max_depth)),
+            highest_sah: greatest(&TreeStats::sah),
+            mean_sah: if trees.len() == empty { 0.0 } else { sah_sum / (trees.len() - empty) as f64 },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cache::Image;
+    use crate::geom::Affine;
+    use crate::scene::{Instance, Mesh};
+    use crate::tree::{Accel, Node, Tree};
+
+    fn one_triangle() -> (Mesh, Tree) {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let mesh = Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() };
+        let leaf = Node::leaf(mesh.triangle_box(0), 0, 1);
+        (mesh, Tree { nodes: vec![leaf, bytemuck::Zeroable::zeroed()], refs: vec![0] })
+    }
+
+    #[test]
+    fn one_level_and_two_levels() {
+        let (mesh, tree) = one_triangle();
+        let flat = Accel { meshes: vec![mesh.clone()], blases: vec![tree.clone()], tlas: None, instances: vec![] };
+        let r = FileReport::of_view("flat".into(), 960, &Image::new(&flat).view());
+        assert_eq!((r.levels, r.instanced_triangles, r.bytes_per_triangle), (1, 1, 960.0));
+        assert!(r.blas_spread.is_none() && r.tlas.is_none());
+
+        let place = |mesh| Instance { mesh, transform: Affine::IDENTITY, node: 0, name: String::new() };
+        let top = Tree { nodes: vec![Node { count: 3, ..tree.nodes[0] }, tree.nodes[1]], refs: vec![0, 1, 2] };
+        let two = Accel {
+            meshes: vec![mesh.clone(), mesh],
+            blases: vec![tree.clone(), tree],
+            tlas: Some(top),
+            instances: vec![place(0), place(1), place(1)],
+        };
+        let r = FileReport::of_view("two".into(), 960, &Image::new(&two).view());
+        assert_eq!((r.levels, r.instances, r.instanced_triangles, r.blas.trees), (2, 3, 3, 2));
+        assert_eq!(r.tlas.unwrap().refs, 3);
+        assert_eq!(r.blas_spread.unwrap().largest, Extreme { blas: 0, value: 1.0 });
+    }
+}
