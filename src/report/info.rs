@@ -3,7 +3,7 @@
 //! Fields may be added, never renamed or removed. Counts are plain numbers (all below 2⁵³), identities are lower-case hex,
 //! flag words are given as numbers and as the names of their known bits.
 
-use crate::cache::tree_flags;
+use crate::cache::{Header, SectionEntry, section_flags, tree_flags};
 use serde::Serialize;
 
 /// Header, section table and, where present, META of one file.
@@ -87,17 +87,21 @@ pub struct SectionInfo {
     pub stored_hash: String,
 }
 
-/// Provenance, as META records it.
+/// Provenance, as META records it; the fields are those of `format-spec/SPEC.md`, section 6.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MetaInfo {
-    /// Tool and version that wrote the file.
-    pub generator: String,
-    pub builder: String,
+    pub tool: String,
+    pub tool_version: String,
+    pub method: String,
     /// Raised whenever the builder's output changes.
     pub builder_revision: u32,
     /// Every effective option, in the build key's order.
     pub options: Vec<OptionInfo>,
+    /// The files that the trees were made from, in the order of first use.
     pub inputs: Vec<InputInfo>,
+    /// What reading dropped or repaired.
+    pub read_counts: Vec<CountInfo>,
+    pub notes: Vec<String>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -108,10 +112,18 @@ pub struct OptionInfo {
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct InputInfo {
+    /// 0: the model; 1: a file that the model names.
+    pub role: u32,
     /// Relative to the model's folder.
     pub name: String,
     pub len: u64,
     pub blake3: String,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct CountInfo {
+    pub name: String,
+    pub count: u64,
 }
 
 /// Names of the tree flags, lowest bit first.
@@ -124,7 +136,62 @@ pub const TREE_FLAG_NAMES: [(u32, &str); 5] = [
 ];
 
 /// Names of the section flags, lowest bit first.
-pub const SECTION_FLAG_NAMES: [(u32, &str); 3] = [(1, "CRITICAL"), (2, "COPY_SAFE"), (4, "CONTENT")];
+pub const SECTION_FLAG_NAMES: [(u32, &str); 3] = [
+    (section_flags::CRITICAL, "CRITICAL"),
+    (section_flags::COPY_SAFE, "COPY_SAFE"),
+    (section_flags::CONTENT, "CONTENT"),
+];
+
+impl FileInfo {
+    /// The facts of a header and its section table, which together are one small read.
+    pub fn new(header: &Header, sections: &[SectionEntry], meta: Option<MetaInfo>) -> FileInfo {
+        FileInfo {
+            file_len: header.file_len,
+            format: FormatVersion { major: header.major, minor: header.minor, min_minor: header.min_minor },
+            features_required: header.features_required,
+            features_optional: header.features_optional,
+            tree_flags: FlagSet::new(header.tree_flags, &TREE_FLAG_NAMES),
+            builder: BuilderInfo { id: header.builder_id, name: header.builder_name().map(str::to_string) },
+            file_id: hex(&header.file_id),
+            content_id: hex(&header.content_id),
+            build_key: hex(&header.build_key),
+            prim_count: header.prim_count,
+            ref_count: header.ref_count,
+            node_count: header.node_count,
+            blas_count: header.blas_count,
+            instance_count: header.instance_count,
+            frame_count: header.frame_count,
+            max_depth: header.max_depth,
+            scene_bounds: Bounds { min: header.scene_min, max: header.scene_max },
+            sections: sections.iter().map(SectionInfo::from).collect(),
+            meta,
+        }
+    }
+}
+
+impl From<&SectionEntry> for SectionInfo {
+    fn from(e: &SectionEntry) -> SectionInfo {
+        SectionInfo {
+            kind: e.kind.to_string(),
+            ordinal: e.ordinal,
+            flags: FlagSet::new(e.flags, &SECTION_FLAG_NAMES),
+            schema: e.schema,
+            codec: match e.codec {
+                SectionEntry::RAW => "raw".to_string(),
+                SectionEntry::ZSTD => "zstd".to_string(),
+                other => other.to_string(),
+            },
+            align: 1u64.checked_shl(u32::from(e.align_log2)).unwrap_or(0),
+            offset: e.offset,
+            stored_len: e.stored_len,
+            raw_len: e.raw_len,
+            elem_count: e.elem_count,
+            elem_size: e.elem_size,
+            raw_hash: hex(&e.raw_hash),
+            stored_hash: hex(&e.stored_hash),
+        }
+    }
+}
 
 impl FlagSet {
     pub fn new(bits: u32, known: &[(u32, &'static str)]) -> FlagSet {
@@ -137,14 +204,6 @@ pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// A section type as text; bytes outside printable ASCII are escaped so that a hostile file cannot steer a terminal.
-pub fn fourcc(bytes: [u8; 4]) -> String {
-    bytes
-        .iter()
-        .map(|&b| if b.is_ascii_graphic() { char::from(b).to_string() } else { format!("\\x{b:02x}") })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -154,11 +213,5 @@ mod tests {
         let set = FlagSet::new(0x8000_0016, &TREE_FLAG_NAMES);
         assert_eq!(set.names, ["DUP_REFS", "CANONICAL_DFS", "TWO_LEVEL"]);
         assert_eq!(set.bits, 0x8000_0016);
-    }
-
-    #[test]
-    fn a_hostile_section_type_is_escaped() {
-        assert_eq!(fourcc(*b"NODE"), "NODE");
-        assert_eq!(fourcc([0x1b, b'[', 0xff, b'm']), "\\x1b[\\xffm");
     }
 }
