@@ -18,6 +18,7 @@ mod partition;
 mod prim_ref;
 mod progress;
 mod strategy;
+pub mod tlas;
 
 pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
 pub use cost::Sah;
