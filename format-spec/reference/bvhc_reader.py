@@ -1,0 +1,419 @@
+#!/usr/bin/env python3
+"""Plain reference reader of the .bvhc file, version 1.0. SPEC.md is the law; numbers in brackets are its sections.
+
+    bvhc_reader.py FILE                           check the file, print what `bvhc info --json FILE` prints
+    bvhc_reader.py FILE --ray ox,oy,oz,dx,dy,dz   check the file, trace the ray, print the closest hit (repeatable)
+    bvhc_reader.py FILE --rays LIST               the same for each line of a text file
+
+Needs numpy; `blake3` to check the hashes and `zstandard` to read compressed sections. Slow and obvious on purpose, and
+it shares no code with the tool. Exit status: 0 fine, 1 the file is invalid, 2 usage, 3 cannot be read, 5 unsupported.
+"""
+
+import argparse
+import json
+import struct
+import sys
+
+import numpy as np
+
+try:
+    import blake3
+except ImportError:
+    blake3 = None
+try:
+    import zstandard
+except ImportError:
+    zstandard = None
+
+MAGIC = b"\x89BVH\r\n\x1a\n"
+BLOCK = 1 << 20  # decoded bytes of one zstd frame [8]
+MAX_DECODED = 8 << 30
+CRITICAL, COPY_SAFE, CONTENT = 1, 2, 4
+REFITTABLE, DUP_REFS, CANONICAL_DFS, SEQUENCE, TWO_LEVEL = 1, 2, 4, 8, 16
+TREE_FLAGS = ["REFITTABLE", "DUP_REFS", "CANONICAL_DFS", "SEQUENCE", "TWO_LEVEL"]
+SECTION_FLAGS = ["CRITICAL", "COPY_SAFE", "CONTENT"]
+BUILDERS = {1: "binned", 2: "sbvh"}
+U4, U8, V3 = "<u4", "<u8", ("<f4", 3)
+HEADER = np.dtype([  # [2]
+    ("magic", "V8"), ("major", "<u2"), ("minor", "<u2"), ("min_minor", "<u2"), ("header_len", "<u2"), ("file_len", U8),
+    ("features_required", U8), ("features_optional", U8), ("section_count", U4), ("section_entry_len", U4),
+    ("section_table_off", U8), ("tree_flags", U4), ("builder_id", U4), ("file_id", "V32"), ("content_id", "V32"),
+    ("build_key", "V32"), ("prim_count", U8), ("ref_count", U8), ("node_count", U8), ("blas_count", U4),
+    ("instance_count", U4), ("frame_count", U4), ("max_depth", U4), ("scene_min", *V3), ("scene_max", *V3), ("reserved", "V32"),
+])
+ENTRY = np.dtype([  # [3]
+    ("type", "V4"), ("ordinal", U4), ("flags", U4), ("schema", "<u2"), ("codec", "u1"), ("align_log2", "u1"), ("offset", U8),
+    ("stored_len", U8), ("raw_len", U8), ("elem_count", U8), ("elem_size", U4), ("reserved", "V12"), ("raw_hash", "V32"),
+    ("stored_hash", "V32"),
+])
+NODE = np.dtype([("min", *V3), ("first", U4), ("max", *V3), ("count", U4)])
+RECORDS = {  # [5]: type -> (flags, record)
+    "NODE": (5, NODE),
+    "TRIS": (5, np.dtype([("v0", *V3), ("prim", U4), ("v1", *V3), ("geom", U4), ("v2", *V3), ("flags", U4)])),
+    "GEOM": (5, np.dtype([("source_mesh", U4), ("source_part", U4), ("baked_node", U4), ("blas", U4), ("first_prim", U4),
+                          ("prim_count", U4), ("kept_count", U4), ("reserved", U4), ("name_hash", "V32")])),
+    "BLAS": (5, np.dtype([("min", *V3), ("node_count", U4), ("max", *V3), ("ref_count", U4), ("node_offset", U8),
+                          ("ref_offset", U8), ("prim_count", U4), ("max_depth", U4), ("sah", "<f4"), ("flags", U4)])),
+    "TNOD": (5, NODE),
+    "INST": (5, np.dtype([("object_to_world", "<f4", 12), ("world_to_object", "<f4", 12), ("blas", U4), ("id", U4),
+                          ("mask", U4), ("flags", U4), ("node", U4), ("reserved", "V12")])),
+    "NAMS": (2, None),
+    "META": (2, None),
+}
+
+
+class Invalid(Exception):
+    """The file breaks a rule of the specification."""
+
+
+class Unsupported(Exception):
+    """The file may be fine, but this reader must refuse it."""
+
+
+def require(condition, rule):
+    if not condition:
+        raise Invalid(rule)
+
+
+def digest(data, context=None):
+    return blake3.blake3(data, derive_key_context=context).digest() if context else blake3.blake3(data).digest()
+
+
+class File:
+    """A file whose container [2-4], hashes [9], records [5] and trees [5.1] were checked."""
+
+    def __init__(self, data):
+        self.data = data
+        self.read_header()
+        self.read_table()
+        self.check_hashes()
+        self.bodies = [self.decode(entry) for entry in self.table]
+        self.read_records()
+        self.check_meta()
+        self.depths = [self.check_tree(*self.tree(b), "BLAS %d" % i) for i, b in enumerate(self.blas)]
+        self.check_blases()
+        if self.two_level:
+            self.depths.append(self.check_tree(self.tnod, len(self.inst), "TLAS"))
+            self.check_instances()
+        require(int(self.header["max_depth"]) == max(self.depths, default=0), "header.max_depth is not that of the trees")
+        self.check_scene_bounds()
+
+    def read_header(self):
+        require(self.data[:8] == MAGIC, "the magic bytes are missing: not a .bvhc file")
+        require(len(self.data) >= 256, "the file is shorter than a header")
+        h = self.header = np.frombuffer(self.data, HEADER, 1)[0]
+        if h["major"] != 1 or h["min_minor"] > 0:
+            raise Unsupported("format %d.%d, readable from minor %d" % (h["major"], h["minor"], h["min_minor"]))
+        if h["features_required"] != 0:
+            raise Unsupported("required features 0x%x" % h["features_required"])
+        require(h["min_minor"] <= h["minor"], "min_minor exceeds minor")
+        require(h["header_len"] >= 256 and h["header_len"] % 64 == 0, "header_len")
+        require(h["minor"] > 0 or h["header_len"] == 256, "header_len is not 256 in version 1.0")
+        require(h["file_len"] == len(self.data) and len(self.data) % 64 == 0, "file_len is not the length of the file")
+        require(4 <= h["section_count"] <= 65536 and h["section_entry_len"] == 128, "section_count or section_entry_len")
+        require(h["section_table_off"] == h["header_len"], "section_table_off is not header_len")
+        require(h["reserved"].item() == bytes(32) and h["frame_count"] == 0, "reserved bytes or frame_count are not zero")
+        flags = self.flags = int(h["tree_flags"])
+        require(flags & ~31 == 0 and not flags & SEQUENCE and flags & CANONICAL_DFS, "tree_flags")
+        require(bool(flags & REFITTABLE) != bool(flags & DUP_REFS), "exactly one of REFITTABLE and DUP_REFS must be set")
+        self.two_level = bool(flags & TWO_LEVEL)
+
+    def read_table(self):
+        start, count = int(self.header["header_len"]), int(self.header["section_count"])
+        end = start + 128 * count
+        require(end <= len(self.data), "the section table ends behind the file")
+        self.table, seen = np.frombuffer(self.data, ENTRY, count, start), set()
+        for e in self.table:
+            name, offset, stored = e["type"].item(), int(e["offset"]), int(e["stored_len"])
+            require((name, int(e["ordinal"])) not in seen, "two sections of one type and ordinal")
+            seen.add((name, int(e["ordinal"])))
+            require(6 <= e["align_log2"] <= 16 and offset % (1 << int(e["align_log2"])) == 0, "alignment of %r" % name)
+            require(offset >= end and offset - end < 1 << int(e["align_log2"]), "%r overlaps or leaves a gap" % name)
+            require(not any(self.data[end:offset]), "bytes before %r are not zero" % name)
+            end = offset + stored
+            require(end <= len(self.data), "%r ends behind the file" % name)
+            require(e["flags"] & ~7 == 0 and e["reserved"].item() == bytes(12), "flags or reserved bytes of %r" % name)
+            size, elements, raw = int(e["elem_size"]), int(e["elem_count"]), int(e["raw_len"])
+            require(size == 0 or size * elements == raw, "elem_size and elem_count of %r" % name)
+            require(e["codec"] != 0 or (raw == stored and e["raw_hash"] == e["stored_hash"]), "lengths of raw %r" % name)
+            flags, record = RECORDS.get(name.decode("latin-1"), (None, None))
+            if flags is None or e["schema"] != 1 or e["codec"] > 1:
+                if e["flags"] & CRITICAL:
+                    raise Unsupported("critical section %r, schema %d, codec %d" % (name, e["schema"], e["codec"]))
+                continue
+            require(e["ordinal"] == 0 and e["flags"] == flags, "ordinal or flags of %r" % name)
+            require(size == (record.itemsize if record else 0), "elem_size of %r" % name)
+            require(name != b"META" or (raw <= 1 << 20 and elements == 0), "META exceeds 1 MiB or has records")
+        require(len(self.data) - end < 64 and not any(self.data[end:]), "bytes behind the last section")
+        require(sum(int(e["raw_len"]) for e in self.table) <= MAX_DECODED, "sections exceed 8 GiB decoded")
+
+    def check_hashes(self):
+        if blake3 is None:
+            print("hashes not checked: install the Python package blake3", file=sys.stderr)
+            return
+        for e in self.table:
+            stored = self.data[int(e["offset"]):int(e["offset"]) + int(e["stored_len"])]
+            require(digest(stored) == e["stored_hash"].item(), "stored_hash of %r" % e["type"].item())
+        head, table = int(self.header["header_len"]), 128 * len(self.table)
+        blanked = self.data[:64] + bytes(32) + self.data[96:head + table]
+        require(digest(blanked, "bvhc v1 file id") == self.header["file_id"].item(), "file_id")
+        content = b"".join(
+            struct.pack("<4sIHxxIQ32s", *(e[f].item() for f in ("type", "ordinal", "schema", "elem_size", "raw_len", "raw_hash")))
+            for e in sorted(self.table, key=lambda e: (e["type"].item(), int(e["ordinal"]))) if e["flags"] & CONTENT)
+        require(digest(content, "bvhc v1 content id") == self.header["content_id"].item(), "content_id")
+
+    def decode(self, e):
+        """The decoded bytes of a section [8], or None for one that this reader skips."""
+        stored = self.data[int(e["offset"]):int(e["offset"]) + int(e["stored_len"])]
+        if e["type"].item().decode("latin-1") not in RECORDS or e["schema"] != 1 or e["codec"] > 1:
+            return None
+        if e["codec"] == 0:
+            return stored
+        if zstandard is None:
+            raise Unsupported("a compressed section: install the Python package zstandard")
+        raw_len, out = int(e["raw_len"]), []
+        blocks = -(-raw_len // BLOCK)
+        require(len(stored) >= 8 + 4 * blocks, "a compressed section is shorter than its frame list")
+        count, zero = struct.unpack_from("<II", stored)
+        require((count, zero) == (blocks, 0), "frame_count of a compressed section")
+        position = 8 + 4 * blocks
+        for i, length in enumerate(struct.unpack_from("<%dI" % blocks, stored, 8)):
+            frame, position = stored[position:position + length], position + length
+            want = min(BLOCK, raw_len - i * BLOCK)
+            try:
+                facts = zstandard.get_frame_parameters(frame)
+                fits = facts.content_size == want and facts.window_size <= BLOCK and facts.dict_id == 0
+                block = zstandard.ZstdDecompressor().decompress(frame, want, allow_extra_data=False) if fits else b""
+            except zstandard.ZstdError as error:
+                raise Invalid("a zstd frame: %s" % error)
+            require(fits and len(block) == want, "a zstd frame's content size, window or dictionary")
+            out.append(block)
+        require(position == len(stored), "bytes behind the zstd frames")
+        raw = b"".join(out)
+        require(blake3 is None or digest(raw) == e["raw_hash"].item(), "raw_hash of %r" % e["type"].item())
+        return raw
+
+    def body(self, name):
+        found = [b for e, b in zip(self.table, self.bodies) if e["type"].item() == name.encode() and b is not None]
+        return found[0] if found else None
+
+    def read_records(self):
+        def rows(name, wanted=True):
+            body = self.body(name)
+            require((body is not None) == wanted, "%s is %s" % (name, "missing" if wanted else "not allowed in a one-level file"))
+            return np.frombuffer(body or b"", RECORDS[name][1])
+
+        self.node, self.tris, self.geom, self.blas = (rows(n) for n in ("NODE", "TRIS", "GEOM", "BLAS"))
+        self.tnod, self.inst = (rows(n, self.two_level) for n in ("TNOD", "INST"))
+        h, live = self.header, lambda n: max(int(n) - 1, 0)
+        counts = {
+            "prim_count": int(self.blas["prim_count"].sum(dtype=np.uint64)), "ref_count": len(self.tris),
+            "node_count": sum(map(live, self.blas["node_count"])) + live(len(self.tnod)), "blas_count": len(self.blas),
+            "instance_count": len(self.inst),
+        }
+        for field, count in counts.items():
+            require(int(h[field]) == count, "header.%s is %d, the sections say %d" % (field, h[field], count))
+        require(self.two_level or len(self.blas) <= 1, "several BLASes in a one-level file")
+        duplicates = any(self.blas["flags"] == DUP_REFS)
+        require(duplicates == bool(self.flags & DUP_REFS), "DUP_REFS of the header and of the BLASes")
+        node_at = ref_at = 0
+        for b in self.blas:
+            require((b["node_offset"], b["ref_offset"]) == (node_at, ref_at), "BLAS rows do not tile NODE and TRIS")
+            node_at, ref_at = node_at + int(b["node_count"]), ref_at + int(b["ref_count"])
+        require((node_at, ref_at) == (len(self.node), len(self.tris)), "BLAS rows do not end with NODE and TRIS")
+        require(all(np.isfinite(self.tris[v]).all() for v in ("v0", "v1", "v2")), "a triangle's corner is not finite")
+        require((self.tris["flags"] <= 1).all() and (self.tris["geom"] < len(self.geom)).all(), "flags or geom of TRIS")
+        first, prims = (self.geom[f].astype(np.uint64) for f in ("first_prim", "prim_count"))
+        require((first + prims < 1 << 32).all() and (self.geom["kept_count"] <= prims).all(), "counts of GEOM")
+        require((np.diff(self.geom["blas"].astype(np.int64)) >= 0).all(), "GEOM rows are not in the order of their blas")
+        require((self.geom["blas"] < len(self.blas)).all() and not self.geom["reserved"].any(), "blas or reserved of GEOM")
+        row, prim = self.tris["geom"], self.tris["prim"]
+        require(((prim >= first[row]) & (prim < first[row] + prims[row])).all(), "prim of TRIS is not in its part")
+
+    def tree(self, b):
+        return self.node[int(b["node_offset"]):][:int(b["node_count"])], int(b["ref_count"])
+
+    @staticmethod
+    def check_tree(nodes, refs, name):
+        """Rules 1-7 of [5.1] in one walk in preorder; the deepest leaf's depth."""
+        if len(nodes) == 0:
+            require(refs == 0, "%s: references without a tree" % name)
+            return 0
+        require(len(nodes) % 2 == 0 and nodes[1:2].tobytes() == bytes(32), "%s: odd, or record 1 is not zero" % name)
+        low, high = nodes["min"], nodes["max"]
+        live = np.arange(len(nodes)) != 1
+        require((np.isfinite(low) & np.isfinite(high) & (low <= high))[live].all(), "%s: a box is not finite or inverted" % name)
+        first, count = nodes["first"].tolist(), nodes["count"].tolist()
+        inner = np.flatnonzero(live & (nodes["count"] == 0))
+        next_pair, next_ref, deepest, stack = 2, 0, 0, [(0, 0)]
+        while stack:
+            i, depth = stack.pop()
+            require(depth <= 64, "%s: deeper than 64" % name)
+            deepest = max(deepest, depth)
+            if count[i]:
+                require(first[i] == next_ref and count[i] <= 255, "%s: leaf %d breaks the tiling" % (name, i))
+                next_ref += count[i]
+            else:
+                # In preorder each pair is the next unseen one: that makes it a tree, and each index in range.
+                require(first[i] == next_pair < len(nodes), "%s: children of node %d are not the next pair" % (name, i))
+                next_pair += 2
+                stack += [(first[i] + 1, depth + 1), (first[i], depth + 1)]
+        require(next_pair == len(nodes) and next_ref == refs, "%s: nodes or references without a parent" % name)
+        for child in (nodes["first"][inner], nodes["first"][inner] + 1):
+            inside = (low[child] >= low[inner]) & (high[child] <= high[inner])
+            require(inside.all(), "%s: a child's box leaves its parent's" % name)
+        return deepest
+
+    def check_blases(self):
+        for i, (b, depth) in enumerate(zip(self.blas, self.depths)):
+            nodes, name = self.tree(b)[0], "BLAS %d" % i
+            root = (nodes["min"][0], nodes["max"][0]) if len(nodes) else (np.zeros(3), np.zeros(3))
+            require((b["min"] == root[0]).all() and (b["max"] == root[1]).all(), "%s: box is not the root's" % name)
+            require(b["max_depth"] == depth and np.isfinite(b["sah"]) and b["sah"] >= 0, "%s: max_depth or sah" % name)
+            require(b["flags"] in (REFITTABLE, DUP_REFS), "%s: flags" % name)
+            kept = int(self.geom["kept_count"][self.geom["blas"] == i].sum(dtype=np.uint64))
+            tris = self.tris[int(b["ref_offset"]):][:int(b["ref_count"])]
+            require((self.geom["blas"][tris["geom"]] == i).all(), "%s: a triangle of another BLAS's part" % name)
+            keys = tris["geom"].astype(np.uint64) << np.uint64(32) | tris["prim"]
+            _, index, times = np.unique(keys, return_inverse=True, return_counts=True)
+            require(len(times) == b["prim_count"] == kept, "%s: prim_count" % name)
+            require(((times[index] > 1) == (tris["flags"] == 1)).all(), "%s: DUPLICATED is not set on the duplicates" % name)
+            require((len(times) == len(tris)) or b["flags"] == DUP_REFS, "%s: duplicates without DUP_REFS" % name)
+
+    def check_instances(self):
+        ids = self.inst["id"]
+        require((np.sort(ids) == np.arange(len(ids))).all(), "ids of INST are not 0, 1, ...")
+        require((self.inst["blas"] < len(self.blas)).all(), "blas of INST")
+        require((self.inst["flags"] <= 1).all() and all(r.item() == bytes(12) for r in self.inst["reserved"]), "flags of INST")
+        for m in self.inst:
+            a, b = (np.vstack([m[f].reshape(3, 4).astype(np.float64), [0, 0, 0, 1]]) for f in ("object_to_world", "world_to_object"))
+            require(np.isfinite(a).all() and np.isfinite(b).all(), "a matrix of INST is not finite")
+            scale = np.maximum(np.abs(a) @ np.abs(b), 1.0)
+            require((np.abs(a @ b - np.eye(4)) <= 1e-4 * scale).all(), "world_to_object is not the inverse of object_to_world")
+            require(bool(m["flags"] & 1) == (np.linalg.det(a[:3, :3]) < 0), "MIRRORED of INST")
+
+    def check_scene_bounds(self):
+        root = self.tnod if self.two_level else self.node
+        low, high = (root["min"][0], root["max"][0]) if len(root) else (np.zeros(3), np.zeros(3))
+        require((self.header["scene_min"] == low).all() and (self.header["scene_max"] == high).all(), "scene bounds")
+
+    def check_meta(self):
+        body = self.body("META")
+        self.meta = None if body is None else Meta(body)
+        if self.meta and blake3:
+            require(digest(self.meta.key_stream(), "bvhc v1 build key") == self.header["build_key"].item(), "build_key")
+
+
+class Meta:
+    """Provenance [6], decoded field by field."""
+
+    def __init__(self, data):
+        self.data, self.at = data, 0
+        self.tool, self.tool_version, self.method = self.text(), self.text(), self.text()
+        self.revision = self.number("<I")
+        self.options = self.items(lambda: (self.text(), self.text()))
+        self.inputs = self.items(lambda: (self.number("<I"), self.text(), self.number("<Q"), self.take(32)))
+        self.read_counts = self.items(lambda: (self.text(), self.number("<Q")))
+        self.notes = self.items(self.text)
+        require(self.at == len(data), "bytes behind the last field of META")
+
+    def take(self, length):
+        require(length <= len(self.data) - self.at, "META ends in the middle of a field")
+        self.at += length
+        return self.data[self.at - length:self.at]
+
+    def number(self, form):
+        return struct.unpack(form, self.take(struct.calcsize(form)))[0]
+
+    def text(self):
+        length = self.number("<Q")
+        require(length <= 4096, "a string of META exceeds 4096 bytes")
+        try:
+            return self.take(length).decode("utf-8")
+        except UnicodeDecodeError:
+            raise Invalid("a string of META is not UTF-8")
+
+    def items(self, one):
+        count = self.number("<Q")
+        require(count <= len(self.data), "a list of META is longer than META")
+        return [one() for _ in range(count)]
+
+    def key_stream(self):
+        """What build_key hashes [9.3]."""
+        items = [(1, struct.pack("<H", 1)), (2, self.method.encode()), (3, struct.pack("<I", self.revision))]
+        for name, value in self.options:
+            items += [(4, name.encode()), (5, value.encode())]
+        items += [(6, struct.pack("<IQ", role, length) + digest) for role, _, length, digest in self.inputs]
+        return b"".join(struct.pack("<BQ", tag, len(value)) + value for tag, value in items)
+
+
+def info(file):
+    """The document that `bvhc info --json` prints."""
+    def flag_set(bits, names):
+        return {"bits": int(bits), "names": [n for i, n in enumerate(names) if int(bits) >> i & 1]}
+
+    def floats(values):
+        return [float(str(v)) for v in values]  # the shortest decimal that gives the same f32
+
+    def section(e):
+        name = "".join(chr(c) if 33 <= c <= 126 else "\\x%02x" % c for c in e["type"].item())
+        return {
+            "type": name, "ordinal": int(e["ordinal"]), "flags": flag_set(e["flags"], SECTION_FLAGS), "schema": int(e["schema"]),
+            "codec": {0: "raw", 1: "zstd"}.get(int(e["codec"]), str(e["codec"])), "align": 1 << int(e["align_log2"]),
+            **{f: int(e[f]) for f in ("offset", "stored_len", "raw_len", "elem_count", "elem_size")},
+            **{f: e[f].item().hex() for f in ("raw_hash", "stored_hash")},
+        }
+
+    h, m = file.header, file.meta
+    return {
+        "file_len": int(h["file_len"]),
+        "format": {f: int(h[f]) for f in ("major", "minor", "min_minor")},
+        **{f: int(h[f]) for f in ("features_required", "features_optional")},
+        "tree_flags": flag_set(h["tree_flags"], TREE_FLAGS),
+        "builder": {"id": int(h["builder_id"]), "name": BUILDERS.get(int(h["builder_id"]))},
+        **{f: h[f].item().hex() for f in ("file_id", "content_id", "build_key")},
+        **{f: int(h[f]) for f in ("prim_count", "ref_count", "node_count", "blas_count", "instance_count", "frame_count", "max_depth")},
+        "scene_bounds": {"min": floats(h["scene_min"]), "max": floats(h["scene_max"])},
+        "sections": [section(e) for e in file.table],
+        "meta": m and {
+            "tool": m.tool, "tool_version": m.tool_version, "method": m.method, "builder_revision": m.revision,
+            "options": [{"name": n, "value": v} for n, v in m.options],
+            "inputs": [{"role": r, "name": n, "len": length, "blake3": b.hex()} for r, n, length, b in m.inputs],
+            "read_counts": [{"name": n, "count": c} for n, c in m.read_counts],
+            "notes": m.notes,
+        },
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file")
+    parser.add_argument("--ray", action="append", default=[], metavar="ox,oy,oz,dx,dy,dz", help="write --ray=-1,... for a negative number")
+    parser.add_argument("--rays", metavar="LIST", help="a text file with one such ray a line")
+    arguments = parser.parse_args()
+    try:
+        with open(arguments.file, "rb") as f:
+            file = File(f.read())
+        rays = arguments.ray + (open(arguments.rays).read().split() if arguments.rays else [])
+    except OSError as error:
+        print("error: %s" % error, file=sys.stderr)
+        return 3
+    except Invalid as error:
+        print("error: %s is invalid: %s" % (arguments.file, error), file=sys.stderr)
+        return 1
+    except Unsupported as error:
+        print("error: %s is not supported: %s" % (arguments.file, error), file=sys.stderr)
+        return 5
+    if not rays:
+        print(json.dumps(info(file), indent=2))
+    for ray in rays:
+        numbers = [float(x) for x in ray.split(",")]
+        if len(numbers) != 6:
+            parser.error("a ray is six numbers: ox,oy,oz,dx,dy,dz")
+        import bvhc_trace  # beside this file
+        print(json.dumps(bvhc_trace.closest_hit(file, numbers[:3], numbers[3:])))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

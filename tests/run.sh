@@ -1,0 +1,104 @@
+#!/usr/bin/env bash
+# Run every test. On a Debian or Ubuntu machine, as root or with passwordless sudo, this also installs what the tests need.
+#
+#   tests/run.sh            everything
+#   tests/run.sh --quick    unit, command-line and documentation tests only
+#
+# Environment: BVHC_MODELS  folder of real scenes for the long tests (default ../shared/models; skipped when absent)
+#              BVHC_STRICT  1: a skipped part fails the run
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+quick=0
+[ "${1:-}" = "--quick" ] && quick=1
+began=$SECONDS
+done_parts=() skipped=()
+
+part() {
+    printf '\n=== %s\n' "$1"
+    local name=$1 start=$SECONDS
+    shift
+    "$@" || return $?
+    done_parts+=("$(printf '%5d s  %s' $((SECONDS - start)) "$name")")
+}
+skip() {
+    printf '\n=== SKIPPED: %s\n' "$1"
+    skipped+=("$1")
+}
+
+# Install the tools that are missing. Only cargo itself and a C compiler are needed to go on.
+packages=()
+need() { command -v "$1" >/dev/null 2>&1 || packages+=("$2"); }
+need cc build-essential
+need make make
+need ninja ninja-build
+need node nodejs
+need npm npm
+python3 -c 'import venv, ensurepip' >/dev/null 2>&1 || packages+=(python3 python3-venv)
+if [ ${#packages[@]} -gt 0 ]; then
+    echo "missing: ${packages[*]}"
+    root=""
+    [ "$(id -u)" = 0 ] || root="sudo -n"
+    if command -v apt-get >/dev/null 2>&1 && $root true 2>/dev/null; then
+        export DEBIAN_FRONTEND=noninteractive
+        $root apt-get update -q || echo "apt-get update failed; trying with the lists at hand"
+        $root apt-get install -y -q --no-install-recommends "${packages[@]}" ||
+            skip "installing ${packages[*]}: apt-get failed; tests that need them are left out"
+    else
+        skip "installing ${packages[*]}: neither root nor passwordless sudo with apt-get; tests that need them are left out"
+    fi
+fi
+if ! command -v cargo >/dev/null 2>&1; then
+    echo "cargo is missing: install Rust $(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) or newer with rustup, then run this again" >&2
+    exit 1
+fi
+
+part "unit, integration and documentation tests" cargo test
+
+if [ $quick = 0 ]; then
+    # The long tests go over the samples and, where the folder is there, over real scenes.
+    export BVHC_MODELS="${BVHC_MODELS:-$PWD/../shared/models}"
+    if [ -d "$BVHC_MODELS" ]; then
+        echo "real scenes: $(find "$BVHC_MODELS" -mindepth 1 -maxdepth 1 -type d | wc -l) folders found"
+    else
+        skip "tests on real scenes: no folder at BVHC_MODELS"
+        unset BVHC_MODELS
+    fi
+    part "the program, optimised" cargo build --release
+    part "long tests" cargo test --release -- --ignored long_
+    part "the library without the command line" cargo test --no-default-features --lib
+
+    # A build that only wants caches must not pull the command line's crates.
+    if cargo tree --no-default-features -e normal | grep -E '^[^a-z]*(clap|indicatif|ctrlc) '; then
+        echo "the library alone must not depend on the crates above" >&2
+        exit 1
+    fi
+    if python3 -c 'import venv, ensurepip' >/dev/null 2>&1 && command -v npm >/dev/null 2>&1; then
+        status=0
+        part "the format: reference reader and Kaitai description" format-spec/test.sh || status=$?
+        if [ $status = 77 ]; then
+            skip "the format tests: their packages could not be installed, see above"
+        elif [ $status != 0 ]; then
+            exit $status
+        fi
+    else
+        skip "the format tests: python3-venv or npm is missing"
+    fi
+    if ls benches/*.rs >/dev/null 2>&1; then
+        for bench in benches/*.rs; do
+            bench=$(basename "$bench" .rs)
+            part "benchmark $bench, once through" env BVHC_BENCH_SMOKE=1 cargo bench --bench "$bench" -- --test
+        done
+    fi
+fi
+
+printf '\n=== Passed in %d s\n' $((SECONDS - began))
+printf '  %s\n' "${done_parts[@]}"
+if [ ${#skipped[@]} -gt 0 ]; then
+    printf '=== SKIPPED\n'
+    printf '  - %s\n' "${skipped[@]}"
+    if [ "${BVHC_STRICT:-0}" = 1 ]; then
+        echo "BVHC_STRICT=1: skipped parts count as failures" >&2
+        exit 1
+    fi
+fi
