@@ -6,6 +6,7 @@
 
 mod aabb;
 mod affine;
+pub mod clip;
 mod ray;
 
 pub use aabb::Aabb;

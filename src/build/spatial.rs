@@ -1,0 +1,164 @@
+//! Object and spatial splits in competition: the method `sbvh` (Stich, Friedrich and Dietrich, "Spatial Splits in Bounding Volume
+//! Hierarchies", 2009).
+//!
+//! A node's best object split is found first. Where its children overlap by more than α of the *root's* area, space itself is
+//! tried: slabs on every axis, references chopped into them, and the cheapest plane taken if it beats the object split. A
+//! reference that straddles the plane becomes two, which costs a slot; slots are a budget that every split divides between its
+//! children, so that the answer depends on the node alone and not on who asked first.
+
+use super::binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
+use super::cost::Sah;
+use super::exec::Executor;
+use super::options::{BuildOptions, Clip};
+use super::prim_ref::PrimRef;
+use super::spatial_bins::{SpatialBins, SpatialPlane, planes_of};
+use super::spatial_partition::Cutter;
+use super::strategy::{Child, Decision, NodeTask, Strategy};
+use crate::geom::Aabb;
+use crate::scene::Mesh;
+
+/// From so many references on, bins are filled in chunks of [`CHUNK`]: constants, so that nothing depends on the number of threads.
+const CHUNKED: usize = 1 << 14;
+const CHUNK: usize = 1 << 12;
+
+/// The method `sbvh`.
+pub struct Spatial<'a> {
+    mesh: &'a Mesh,
+    objects: Binned,
+    sah: Sah,
+    bins: usize,
+    max_leaf: usize,
+    clip: Clip,
+    unsplit: bool,
+    /// Half the area that children must overlap by: α times the root's.
+    overlap: f64,
+    /// α = 1: never, whatever rounding makes of the areas.
+    never: bool,
+}
+
+/// Slots for a mesh of so many triangles: its references and the duplicates that the budget allows.
+pub fn budgeted_slots(triangles: usize, split_budget: f32) -> usize {
+    triangles + (triangles as f64 * (f64::from(split_budget) - 1.0).max(0.0)) as usize
+}
+
+impl<'a> Spatial<'a> {
+    pub fn new(mesh: &'a Mesh, root: &Aabb, options: &BuildOptions) -> Spatial<'a> {
+        Spatial {
+            mesh,
+            objects: Binned::new(options),
+            sah: Sah { traversal: options.traversal_cost, intersection: options.intersection_cost },
+            bins: options.spatial_bins.clamp(2, 256) as usize,
+            max_leaf: options.max_leaf as usize,
+            clip: options.clip,
+            unsplit: options.unsplit,
+            overlap: f64::from(options.split_alpha) * half_area(root),
+            never: options.split_alpha >= 1.0,
+        }
+    }
+
+    /// Whether the children of the best object split leave anything to gain.
+    fn is_worth_a_try(&self, node: &NodeTask, split: Option<&ObjectSplit>, slack: usize) -> bool {
+        if self.never || slack == 0 {
+            return false;
+        }
+        let overlap = match split {
+            Some(split) => split.bounds[0].intersection(split.bounds[1]),
+            // All centres coincide: no object split separates anything, which is as bad as full overlap.
+            None => node.bounds,
+        };
+        !overlap.is_empty() && half_area(&overlap) > self.overlap
+    }
+
+    fn find_plane(&self, node: &NodeTask, refs: &[PrimRef], slack: usize, exec: &Executor) -> Option<SpatialPlane> {
+        let bins = self.bins;
+        match bins {
+            ..=8 => self.find_in::<8>(node, refs, bins, slack, exec),
+            ..=16 => self.find_in::<16>(node, refs, bins, slack, exec),
+            ..=32 => self.find_in::<32>(node, refs, bins, slack, exec),
+            _ => self.find_in::<256>(node, refs, bins, slack, exec),
+        }
+    }
+
+    #[inline(never)]
+    fn find_in<const CAP: usize>(
+        &self,
+        node: &NodeTask,
+        refs: &[PrimRef],
+        bins: usize,
+        slack: usize,
+        exec: &Executor,
+    ) -> Option<SpatialPlane> {
+        let planes = planes_of(&node.bounds, bins);
+        let mut filled = SpatialBins::<CAP>::empty();
+        if refs.len() < CHUNKED {
+            filled.fill(&planes, refs, self.mesh, self.clip);
+        } else {
+            let parts = exec.map_chunks(refs, CHUNK, |_, chunk| {
+                let mut part = Box::new(SpatialBins::<CAP>::empty());
+                part.fill(&planes, chunk, self.mesh, self.clip);
+                part
+            });
+            filled = parts.iter().fold(filled, |all, part| all.merge(part));
+        }
+        filled.best_plane(&planes, node.live, slack, area_scale(&node.bounds))
+    }
+}
+
+impl Strategy for Spatial<'_> {
+    fn split(&self, node: &NodeTask, slots: &mut [PrimRef], exec: &Executor) -> Decision {
+        let (live, slack, scale) = (node.live, slots.len() - node.live, area_scale(&node.bounds));
+        let object = self.objects.find(node, &slots[..live], exec);
+        let spatial = if self.is_worth_a_try(node, object.as_ref(), slack) {
+            self.find_plane(node, &slots[..live], slack, exec)
+        } else {
+            None
+        };
+        let object_weight = object.map_or(f32::INFINITY, |s| s.weight);
+        let spatial = spatial.filter(|s| s.weight < object_weight * 0.99);
+
+        // Compare the winner with a leaf.
+        let weight = spatial.map_or(object_weight, |s| s.weight);
+        let area = scaled_half_area(&node.bounds, scale);
+        if (live <= self.max_leaf && self.sah.prefers_leaf(live, weight, area)) || area == 0.0 || weight == 0.0 {
+            return Decision::Leaf;
+        }
+
+        if let Some(plane) = spatial {
+            let cutter = Cutter { mesh: self.mesh, clip: self.clip, unsplit: self.unsplit, scale };
+            let (left, right, right_refs) = cutter.partition(&plane, slots, live);
+            let spare = slots.len() - left.live - right.live;
+            let left_slots = left.live + share_of(spare, &slots[..left.live], &right_refs);
+            slots[left_slots..left_slots + right.live].copy_from_slice(&right_refs);
+            return Decision::Split { left: left.child(left_slots), right: right.child(slots.len() - left_slots) };
+        }
+        let Some(split) = object else { return Decision::Leaf };
+        let (left, right) = Binned::apply(&split, &mut slots[..live], exec);
+        divide(left, right, slots)
+    }
+}
+
+/// Move the right child's references behind the left child's share of the free slots.
+fn divide(left: Child, right: Child, slots: &mut [PrimRef]) -> Decision {
+    let (total, live) = (slots.len(), left.live + right.live);
+    if total == live {
+        return Decision::Split { left, right };
+    }
+    let (left_refs, right_refs) = slots[..live].split_at(left.live);
+    let left_slots = left.live + share_of(total - live, left_refs, right_refs);
+    slots.copy_within(left.live..live, left_slots);
+    Decision::Split { left: Child { slots: left_slots, ..left }, right: Child { slots: total - left_slots, ..right } }
+}
+
+/// The left side's share of the free slots: in proportion to the surface of the references' boxes, since it is large boxes that are
+/// worth cutting.
+fn share_of(spare: usize, left: &[PrimRef], right: &[PrimRef]) -> usize {
+    let sum = |refs: &[PrimRef]| refs.iter().map(|r| half_area(&r.bounds())).sum::<f64>();
+    let (left, right) = (sum(left), sum(right));
+    if left + right > 0.0 { ((spare as f64) * (left / (left + right))) as usize } else { spare / 2 }
+}
+
+/// Half the area in `f64`, which no finite box overflows; 0 for an empty box.
+fn half_area(b: &Aabb) -> f64 {
+    let [x, y, z] = [0, 1, 2].map(|a| f64::from(b.max[a]) - f64::from(b.min[a]));
+    if x < 0.0 || y < 0.0 || z < 0.0 { 0.0 } else { x * y + y * z + z * x }
+}
