@@ -17,6 +17,9 @@ mod output;
 mod partition;
 mod prim_ref;
 mod progress;
+mod spatial;
+mod spatial_bins;
+mod spatial_partition;
 mod strategy;
 pub mod tlas;
 
@@ -28,6 +31,7 @@ pub use options::{Axes, BuildOptions, Clip, Levels, Method, Preset};
 pub use partition::bounds_of;
 pub use prim_ref::{PrimRef, PrimRefs};
 pub use progress::{NoProgress, Progress};
+pub use spatial::{Spatial, budgeted_slots};
 pub use strategy::{Child, Decision, NodeTask, Strategy};
 
 use crate::scene::Mesh;
@@ -42,9 +46,15 @@ pub fn build_tree(
 ) -> Result<Tree, BuildError> {
     let count = mesh.triangles.len();
     match options.method {
-        Method::Binned | Method::Sbvh => {
+        Method::Binned => {
             let refs = PrimRefs::of_mesh(mesh, 0, exec);
             driver::build(refs, count, &Binned::new(options), options.max_leaf, exec, progress, count as u64)
+        }
+        Method::Sbvh => {
+            let slack = budgeted_slots(count, options.split_budget) - count;
+            let refs = PrimRefs::of_mesh(mesh, slack, exec);
+            let strategy = Spatial::new(mesh, &refs.bounds, options);
+            driver::build(refs, count, &strategy, options.max_leaf, exec, progress, count as u64)
         }
     }
 }

@@ -112,8 +112,7 @@ impl<const CAP: usize> SpatialBins<CAP> {
                 side = side.union(self.boxes[slab - 1][axis]);
                 count += self.enter[slab - 1][axis];
                 let (right_side, right_area, right_count) = right[slab];
-                let weight =
-                    Sah::weight(side.scaled_half_area(scale), count as f32, right_area, right_count as f32);
+                let weight = Sah::weight(side.scaled_half_area(scale), count as f32, right_area, right_count as f32);
                 let duplicates = (count as usize + right_count as usize).saturating_sub(live);
                 let allowed = count > 0 && right_count > 0 && duplicates <= slack;
                 if allowed && best.is_none_or(|b| weight < b.weight) && weight < f32::INFINITY {

@@ -32,14 +32,12 @@ pub struct Polygon {
 
 impl Polygon {
     pub fn triangle(corners: &[Point; 3]) -> Polygon {
-        let mut out =
-            Polygon { corners: [[0.0; 3]; MAX_CORNERS], len: 3, magnitude: [0.0; 3], overflow: false };
+        let mut out = Polygon { corners: [[0.0; 3]; MAX_CORNERS], len: 3, magnitude: [0.0; 3], overflow: false };
         for (to, from) in out.corners.iter_mut().zip(corners) {
             *to = from.map(f64::from);
         }
         for k in 0..3 {
-            out.magnitude[k] =
-                out.corners[0][k].abs().max(out.corners[1][k].abs()).max(out.corners[2][k].abs());
+            out.magnitude[k] = out.corners[0][k].abs().max(out.corners[1][k].abs()).max(out.corners[2][k].abs());
         }
         out
     }
@@ -338,3 +336,6 @@ fn lerp_by(a: &[f64; 3], b: &[f64; 3], t: f64) -> [f64; 3] {
     let t = if t < 1.0 { t } else { 1.0 };
     [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])]
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,223 @@
+//! Conservativeness is tested in exact arithmetic: the tests' coordinates are multiples of 2⁻⁵⁰ below 2¹⁹, so a point of a
+//! triangle with dyadic barycentric coordinates is a triple of integers that fit an `i128`.
+
+use super::*;
+use proptest::prelude::*;
+
+/// `value · 2^UNIT`, rounded towards zero (less than 2⁻⁵⁰, where a box has finer bounds than the triangle has coordinates).
+fn exact(value: f32) -> i128 {
+    let bits = value.to_bits();
+    let (exponent, fraction) = ((bits >> 23 & 0xff) as i32, i128::from(bits & 0x7f_ffff));
+    let (mantissa, exponent) = if exponent == 0 { (fraction, -149) } else { (fraction | 0x80_0000, exponent - 150) };
+    let shift = exponent + UNIT;
+    let magnitude = if shift >= 0 { mantissa << shift } else { mantissa >> -shift };
+    if value < 0.0 { -magnitude } else { magnitude }
+}
+
+/// Coordinates are held in units of 2^-UNIT.
+const UNIT: i32 = 50;
+/// Edges are cut at multiples of 2^-STEPS.
+const STEPS: u32 = 24;
+
+/// The point `a + (b - a)·t/2^STEPS`, times 2^STEPS.
+fn along(a: i128, b: i128, t: i128) -> i128 {
+    (a << STEPS) + (b - a) * t
+}
+
+fn is_in(p: [i128; 3], b: &Aabb) -> bool {
+    (0..3).all(|k| b.min[k] <= b.max[k] && exact(b.min[k]) << STEPS <= p[k] && p[k] <= exact(b.max[k]) << STEPS)
+}
+
+/// Points on the edges next to a plane, from both sides, and points all over the triangle.
+fn samples(triangle: &[Point; 3], axis: usize, planes: &[f32]) -> Vec<[i128; 3]> {
+    let corners = triangle.map(|c| c.map(exact));
+    let one = 1i128 << STEPS;
+    let mut out = Vec::new();
+    for e in 0..3 {
+        let (a, b) = (corners[e], corners[(e + 1) % 3]);
+        let at = |t: i128| [0, 1, 2].map(|k| along(a[k], b[k], t));
+        out.extend([0, one / 3, one].map(at));
+        for plane in planes {
+            let plane = exact(*plane) << STEPS;
+            let (mut low, mut high) = (0, one);
+            if (at(low)[axis] < plane) == (at(high)[axis] < plane) {
+                continue;
+            }
+            while high - low > 1 {
+                let middle = (low + high) / 2;
+                if (at(middle)[axis] < plane) == (at(low)[axis] < plane) { low = middle } else { high = middle }
+            }
+            out.extend([at(low), at(high)]);
+        }
+    }
+    for i in 0..=16i128 {
+        for j in 0..=16 - i {
+            let k = 16 - i - j;
+            out.push([0, 1, 2].map(|x| ((corners[0][x] * i + corners[1][x] * j + corners[2][x] * k) << STEPS) / 16));
+        }
+    }
+    out
+}
+
+/// Both cutters against all samples, for a triangle whose reference is its part inside `within`.
+fn check_cuts(triangle: &[Point; 3], within: &Aabb, axis: usize, count: usize) -> Result<(), TestCaseError> {
+    let reference = Polygon::inside(triangle, within).bounds(&Aabb::from_points(triangle).intersection(*within));
+    if reference.is_empty() {
+        for p in samples(triangle, axis, &[]) {
+            prop_assert!(!is_in(p, within), "the polygon is empty, but {p:?} lies inside {within:?}");
+        }
+        return Ok(());
+    }
+    let polygon = Polygon::inside(triangle, &reference);
+    let points: Vec<_> = samples(triangle, axis, &[]);
+    for p in points.iter().filter(|p| is_in(**p, within)) {
+        prop_assert!(is_in(*p, &reference), "{p:?} was lost by the box {within:?}");
+    }
+    let Some(planes) = Planes::new(reference.min[axis], reference.max[axis], count) else { return Ok(()) };
+    let positions: Vec<f32> = (1..count).map(|i| planes.position(i)).collect();
+    let points: Vec<_> = samples(triangle, axis, &positions).into_iter().filter(|p| is_in(*p, &reference)).collect();
+
+    // Chop into slabs: a point of a slab lies in the slab's box, planes belonging to both sides.
+    let (first, last) = planes.span(reference.min[axis], reference.max[axis]);
+    let mut slabs = Slabs::<64>::default();
+    polygon.chop(axis, &planes, (first, last), &reference, &mut slabs);
+    for (s, piece) in (first..=last).zip(slabs.boxes()) {
+        let slab = planes.cut_box(&reference, axis, s);
+        prop_assert!(piece.is_empty() || (slab.contains(piece) && reference.contains(piece)));
+        for p in points.iter().filter(|p| is_in(**p, &slab)) {
+            prop_assert!(is_in(*p, piece), "{p:?} in slab {s} {slab:?} is not in {piece:?}");
+        }
+    }
+
+    // Split in two, at planes inside, at the ends and outside.
+    let outside = [reference.min[axis], reference.max[axis], reference.max[axis] + 1.0, reference.min[axis] - 1.0];
+    for plane in positions.into_iter().chain(outside) {
+        let (below, above) = polygon.split(axis, plane, &reference);
+        let (box_below, box_above) = split_box(&reference, axis, plane);
+        for (part, whole) in [(&below, &box_below), (&above, &box_above)] {
+            prop_assert!(part.is_empty() || (whole.contains(part) && reference.contains(part)));
+        }
+        let at = exact(plane) << STEPS;
+        for p in &points {
+            prop_assert!(p[axis] > at || is_in(*p, &below), "{p:?} below {plane} is not in {below:?}");
+            prop_assert!(p[axis] < at || is_in(*p, &above), "{p:?} above {plane} is not in {above:?}");
+            prop_assert!(p[axis] > at || is_in(*p, &box_below));
+            prop_assert!(p[axis] < at || is_in(*p, &box_above));
+        }
+    }
+    Ok(())
+}
+
+/// Small integers (planes on corners), ordinary numbers, and numbers of very different size.
+fn coordinate() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        (-4i32..=4).prop_map(|i| i as f32),
+        -10.0f32..10.0,
+        (-26i32..=18, -1.0f32..1.0).prop_map(|(e, m)| m * 2f32.powi(e)).prop_map(representable),
+    ]
+    .prop_map(representable)
+}
+
+/// Round to a multiple of 2^-UNIT.
+fn representable(v: f32) -> f32 {
+    let unit = 2f64.powi(UNIT);
+    ((f64::from(v) * unit).round() / unit) as f32
+}
+
+fn point() -> impl Strategy<Value = Point> {
+    [coordinate(), coordinate(), coordinate()]
+}
+
+/// Triangles as they come, slivers (a third corner next to an edge) and triangles without area.
+fn triangle() -> impl Strategy<Value = [Point; 3]> {
+    prop_oneof![
+        3 => [point(), point(), point()],
+        1 => (point(), point(), 0.0f32..1.0).prop_map(|(a, b, t)| {
+            [a, b, [0, 1, 2].map(|k| representable(a[k] + t * (b[k] - a[k])))]
+        }),
+        1 => (point(), point()).prop_map(|(a, b)| [a, a, b]),
+        1 => point().prop_map(|a| [a, a, a]),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(600))]
+
+    #[test]
+    fn no_point_of_a_triangle_is_lost(t in triangle(), axis in 0usize..3, count in 2usize..40) {
+        check_cuts(&t, &Aabb { min: [-1e6; 3], max: [1e6; 3] }, axis, count)?;
+    }
+
+    #[test]
+    fn no_point_of_a_fragment_is_lost(t in triangle(), a in point(), b in point(), axis in 0usize..3, count in 2usize..9) {
+        check_cuts(&t, &Aabb::from_points(&[a, b]), axis, count)?;
+    }
+
+    #[test]
+    fn cutting_again_and_again_loses_nothing(t in triangle(), cuts in prop::collection::vec((0usize..3, 0.0f32..1.0, any::<bool>()), 1..7)) {
+        let mut reference = Aabb::from_points(&t);
+        for (axis, share, upper) in cuts {
+            let plane = representable(reference.min[axis] + share * reference.extent()[axis]);
+            let parts = Polygon::inside(&t, &reference).split(axis, plane, &reference);
+            let part = if upper { parts.1 } else { parts.0 };
+            let (below, above) = split_box(&reference, axis, plane);
+            let region = if upper { above } else { below };
+            for p in samples(&t, axis, &[plane]).into_iter().filter(|p| is_in(*p, &region)) {
+                prop_assert!(is_in(p, &part), "{p:?} of {region:?} is not in {part:?}");
+            }
+            if part.is_empty() {
+                break;
+            }
+            reference = part;
+        }
+    }
+
+    #[test]
+    fn spans_agree_with_planes(low in -100.0f32..100.0, size in 1e-3f32..50.0, count in 2usize..=256, a in 0.0f32..1.0, b in 0.0f32..1.0, snap in 0usize..256) {
+        let planes = Planes::new(low, low + size, count).unwrap();
+        let on_plane = planes.position(snap % count);
+        for (min, max) in [(a.min(b), a.max(b)), (a, a)].map(|(a, b)| (low + a * size, low + b * size)).into_iter()
+            .chain([(on_plane, on_plane), (on_plane, on_plane.max(low + size)), (low, on_plane)]) {
+            let (first, last) = planes.span(min, max);
+            for i in 1..count {
+                let inside = min < planes.position(i) && planes.position(i) < max;
+                prop_assert_eq!(inside, first < i && i <= last, "plane {} of {}..{}", i, min, max);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_right_triangle_is_cut_tightly() {
+    let t = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+    let whole = Aabb::from_points(&t);
+    let (below, above) = Polygon::triangle(&t).split(0, 3.0, &whole);
+    assert_eq!(below, Aabb { min: [0.0; 3], max: [3.0, 4.0, 0.0] });
+    assert_eq!(above.min, [3.0, 0.0, 0.0]);
+    assert!(above.max[1] >= 1.0 && above.max[1] < 1.0 + 2e-6, "{above:?}");
+    let (below, above) = split_box(&whole, 0, 3.0);
+    assert_eq!((below.max, above.min), ([3.0, 4.0, 0.0], [3.0, 0.0, 0.0]));
+}
+
+#[test]
+fn a_plane_through_a_corner_leaves_the_other_side_its_tip() {
+    let t = [[0.0, 0.0, 0.0], [2.0, 1.0, 0.0], [1.0, 2.0, 5.0]];
+    let whole = Aabb::from_points(&t);
+    let (below, above) = Polygon::triangle(&t).split(0, 1.0, &whole);
+    assert!(is_in(t[2].map(|v| exact(v) << STEPS), &below) && is_in(t[2].map(|v| exact(v) << STEPS), &above));
+    // On the first plane nothing lies below but the corner itself; beyond the last plane nothing at all.
+    assert_eq!(Polygon::triangle(&t).split(0, 0.0, &whole).0.max[0], 0.0);
+    assert!(Polygon::triangle(&t).split(0, 9.0, &whole).1.is_empty());
+    assert!(Polygon::triangle(&t).split(0, -9.0, &whole).0.is_empty());
+}
+
+#[test]
+fn coordinates_at_the_ends_of_the_range_neither_vanish_nor_overflow() {
+    for size in [f32::MAX, 1e30, 1e-30, 1e-40, f32::from_bits(16)] {
+        let t = [[-size, -size, 0.0], [size, -size / 2.0, size], [0.0, size, -size]];
+        let whole = Aabb::from_points(&t);
+        let (below, above) = Polygon::triangle(&t).split(1, size / 4.0, &whole);
+        assert!(whole.contains(&below) && whole.contains(&above) && !below.is_empty() && !above.is_empty());
+        assert!(below.contains(&Aabb::from_points(&t[..2])) && above.contains(&Aabb::from_points(&t[2..])));
+    }
+}
