@@ -4,6 +4,20 @@
 //! range, every position that a triangle uses is finite, and every transform is finite and invertible. What was dropped is counted
 //! in [`ReadReport`]. Builders know no files; this room knows no trees.
 
+mod collinear;
+mod error;
+mod gltf;
+mod obj;
+mod options;
+mod read;
+mod sanitize;
+mod source;
+
+pub use error::{ErrorKind, SceneError};
+pub use options::{Degenerate, Format, ReadOptions};
+pub use read::{read, read_bytes, read_with};
+pub use source::Progress;
+
 use crate::geom::{Aabb, Affine, Point};
 
 /// A scene: meshes stored once, and the places where they stand.

@@ -1,0 +1,173 @@
+//! Faces into triangles.
+
+use crate::geom::Point;
+use earcut::Earcut;
+use std::collections::HashMap;
+
+/// Most corners of one face. Ear clipping is quadratic on hostile polygons; this many take a second at worst.
+pub(super) const MAX_CORNERS: usize = 1 << 16;
+
+/// Cuts polygons without holes, reusing its buffers. Every polygon of `n` corners gives exactly `n - 2` triangles, all with
+/// the polygon's winding and all of its corners used, so that no corner lies on a neighbour's edge unshared.
+#[derive(Default)]
+pub(super) struct Triangulator {
+    earcut: Earcut<f64>,
+    flat: Vec<[f64; 2]>,
+    ears: Vec<u32>,
+}
+
+impl Triangulator {
+    /// Append the triangles of one face. `corners` index `positions`; fewer than three give nothing.
+    ///
+    /// Concave faces are cut along diagonals inside them: by the two diagonals' signs for quadrilaterals, by ear clipping in
+    /// the plane for more corners. A face that crosses itself, has no area or is not finite becomes a fan about its
+    /// first corner, as most readers make of every face.
+    pub fn add(&mut self, corners: &[u32], positions: &[Point], out: &mut Vec<[u32; 3]>) {
+        let n = corners.len();
+        let first = out.len();
+        let at = |i: usize| positions[corners[i] as usize].map(f64::from);
+        match n {
+            0..=2 => return,
+            3 => {}
+            4 => {
+                if prefers_other_diagonal([at(0), at(1), at(2), at(3)]) {
+                    out.extend([[0, 1, 3], [1, 2, 3]].map(|t| t.map(|i: usize| corners[i])));
+                    return;
+                }
+            }
+            _ => {
+                let normal = newell_normal(n, at);
+                for project in [Projection::drop_axis(normal), Projection::onto_plane(normal)].into_iter().flatten() {
+                    self.flat.clear();
+                    self.flat.extend((0..n).map(|i| project.apply(at(i))));
+                    if self.clip_ears(out) {
+                        out[first..].iter_mut().flatten().for_each(|v| *v = corners[*v as usize]);
+                        return;
+                    }
+                    out.truncate(first);
+                }
+            }
+        }
+        out.extend((1..n - 1).map(|i| [corners[0], corners[i], corners[i + 1]]));
+    }
+
+    /// Cut the polygon in `flat`, which winds counter-clockwise; the triangles hold numbers of its corners. False if they
+    /// do not cover exactly the polygon.
+    fn clip_ears(&mut self, out: &mut Vec<[u32; 3]>) -> bool {
+        let flat = &self.flat;
+        let n = flat.len();
+        let polygon_area: f64 = (1..n - 1).map(|i| area2(flat[0], flat[i], flat[i + 1])).sum();
+        if !(polygon_area.is_finite() && polygon_area > 0.0) {
+            return false;
+        }
+        let first = out.len();
+        self.earcut.earcut_slice(flat, &[], &mut self.ears);
+        let area = |t: &[u32; 3]| area2(flat[t[0] as usize], flat[t[1] as usize], flat[t[2] as usize]);
+        out.extend(self.ears.chunks_exact(3).map(|t| {
+            let t = [t[0], t[1], t[2]];
+            if area(&t) < 0.0 { [t[0], t[2], t[1]] } else { t }
+        }));
+        insert_straight_corners(n, first, out);
+        let triangles = &out[first..];
+        let sum: f64 = triangles.iter().map(area).sum();
+        let slack = polygon_area * 1e-9;
+        triangles.len() == n - 2 && triangles.iter().all(|t| area(t) >= -slack) && (sum - polygon_area).abs() <= slack
+    }
+}
+
+/// Put back the corners that ear clipping leaves out because they lie straight between their neighbours: the triangle on
+/// that edge is cut into a fan. Without them the edge would not meet the edges of the face next to it.
+fn insert_straight_corners(n: usize, first: usize, out: &mut Vec<[u32; 3]>) {
+    let mut used = vec![false; n];
+    out[first..].iter().flatten().for_each(|&v| used[v as usize] = true);
+    let Some(start) = used.iter().position(|u| *u).filter(|_| used.contains(&false)) else { return };
+    let mut edges: HashMap<[u32; 2], usize> = HashMap::new();
+    for (i, t) in out.iter().enumerate().skip(first) {
+        edges.extend((0..3).map(|k| ([t[k], t[(k + 1) % 3]], i)));
+    }
+
+    // Walk once around, from one used corner to the next, along the run of unused ones between them.
+    let mut from = start;
+    while from < start + n {
+        let to = (from + 1..=start + n).find(|i| used[i % n]).unwrap_or(start + n);
+        let corner = |i: usize| (i % n) as u32;
+        if to > from + 1
+            && let Some(&index) = edges.get(&[corner(from), corner(to)])
+        {
+            let t = out[index];
+            let apex = t.iter().copied().find(|&v| v != corner(from) && v != corner(to)).unwrap_or(t[0]);
+            out[index] = [corner(from), corner(from + 1), apex];
+            edges.insert([corner(to), apex], out.len() + (to - from - 2));
+            out.extend((from + 1..to).map(|i| [corner(i), corner(i + 1), apex]));
+        }
+        from = to;
+    }
+}
+
+/// Whether the diagonal 1–3 cuts a quadrilateral well and 0–2 does not, judged along the face's normal.
+fn prefers_other_diagonal(p: [[f64; 3]; 4]) -> bool {
+    let normal = newell_normal(4, |i| p[i]);
+    let turns_left = |a: usize, b: usize, c: usize| dot(normal, cross(sub(p[b], p[a]), sub(p[c], p[a]))) > 0.0;
+    !(turns_left(0, 1, 2) && turns_left(0, 2, 3)) && turns_left(0, 1, 3) && turns_left(1, 2, 3)
+}
+
+/// The sum of the cross products around the polygon: its length is twice the area, its direction the best-fit plane's
+/// (Newell; see Sutherland, Sproull and Schumacker, "A Characterization of Ten Hidden-Surface Algorithms", 1974).
+fn newell_normal(n: usize, at: impl Fn(usize) -> [f64; 3]) -> [f64; 3] {
+    let origin = at(0);
+    let mut normal = [0.0; 3];
+    for i in 1..n - 1 {
+        let c = cross(sub(at(i), origin), sub(at(i + 1), origin));
+        (0..3).for_each(|k| normal[k] += c[k]);
+    }
+    normal
+}
+
+/// Two rows that map a point to the plane, so that the polygon winds counter-clockwise there.
+struct Projection([[f64; 3]; 2]);
+
+impl Projection {
+    /// Leave out the axis on which the normal is longest: the coordinates stay exact, so straight corners stay straight.
+    fn drop_axis(normal: [f64; 3]) -> Option<Projection> {
+        let axis = (0..3).max_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs()))?;
+        if !normal[axis].is_finite() || normal[axis] == 0.0 {
+            return None;
+        }
+        let unit = |k: usize| [0, 1, 2].map(|i| if i == k { 1.0 } else { 0.0 });
+        let (x, y) = (unit((axis + 1) % 3), unit((axis + 2) % 3));
+        Some(Projection(if normal[axis] > 0.0 { [x, y] } else { [y, x] }))
+    }
+
+    /// Onto the best-fit plane itself, for faces so bent that the coordinate plane shows them crossing.
+    fn onto_plane(normal: [f64; 3]) -> Option<Projection> {
+        let Projection([x, _]) = Self::drop_axis(normal)?;
+        let y = cross(normal, x);
+        let unit = |v: [f64; 3]| {
+            let length = dot(v, v).sqrt();
+            (length.is_finite() && length > 0.0).then(|| v.map(|c| c / length))
+        };
+        let y = unit(y)?;
+        Some(Projection([cross(y, unit(normal)?), y]))
+    }
+
+    fn apply(&self, p: [f64; 3]) -> [f64; 2] {
+        [dot(self.0[0], p), dot(self.0[1], p)]
+    }
+}
+
+/// Twice the signed area of a triangle in the plane.
+fn area2(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}

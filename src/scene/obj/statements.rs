@@ -1,0 +1,356 @@
+use crate::scene::SceneError;
+use crate::scene::options::BOM;
+use crate::scene::source::Source;
+use std::io::{self, BufRead, Read};
+
+/// The file's statements as `tobj` gets them: one `v`, `f` or `g` statement at a time and nothing else.
+///
+/// It stands between the file and `tobj` because `tobj` alone would take a polyline for a polygon, refuse text that is not
+/// UTF-8, split no lines at a lone carriage return, join none at a backslash, and name no line in its errors. Faces come
+/// out with plain vertex numbers from 1, proved to be in range; part names go out as numbers and come back by
+/// [`Counts::part_name`].
+pub(super) struct Statements<'a, 's> {
+    rest: &'a [u8],
+    source: &'a mut Source<'s>,
+    /// The statement that `tobj` is reading, with its newline, and how much of it is read.
+    out: Vec<u8>,
+    taken: usize,
+    /// Number of the first line of the current statement, and lines used up so far.
+    line: u64,
+    lines: u64,
+    /// For each position so far, whether a face uses it.
+    used: Vec<bool>,
+    positions: u64,
+    triangles: u64,
+    /// Vertex numbers that faces use before their positions are there, and the largest of them with its line.
+    ahead: Vec<u64>,
+    farthest: Option<(u64, u64)>,
+    group: String,
+    material: String,
+    parts: Vec<String>,
+    part_changed: bool,
+    skipped: u64,
+    /// Bytes of memory noted but not yet charged, and bytes of text not yet reported as done.
+    unpaid: u64,
+    unreported: u64,
+    failure: Option<SceneError>,
+}
+
+/// What only this reader knows about the file.
+pub(super) struct Counts {
+    pub skipped: u64,
+    pub unreferenced: u64,
+    parts: Vec<String>,
+}
+
+impl Counts {
+    /// The name of the part that `tobj` knows by number. Faces before the first group have no name.
+    pub fn part_name(&self, number: &str) -> String {
+        number.parse::<usize>().ok().and_then(|n| self.parts.get(n)).cloned().unwrap_or_default()
+    }
+}
+
+/// What `tobj` and this reader hold for each position (the list itself, the model's copy, the index map's entry) …
+const BYTES_PER_POSITION: u64 = 64;
+/// … for each face (`tobj`'s enum) and for each corner (its three indices, the model's index, our triangle).
+const BYTES_PER_FACE: u64 = 112;
+const BYTES_PER_CORNER: u64 = 48;
+
+impl<'a, 's> Statements<'a, 's> {
+    pub fn new(text: &'a [u8], source: &'a mut Source<'s>) -> Self {
+        Statements {
+            rest: text.strip_prefix(BOM).unwrap_or(text),
+            source,
+            out: Vec::new(),
+            taken: 0,
+            line: 0,
+            lines: 0,
+            used: Vec::new(),
+            positions: 0,
+            triangles: 0,
+            ahead: Vec::new(),
+            farthest: None,
+            group: String::new(),
+            material: String::new(),
+            parts: Vec::new(),
+            part_changed: false,
+            skipped: 0,
+            unpaid: 0,
+            unreported: 0,
+            failure: None,
+        }
+    }
+
+    /// The counts, or the reason why reading stopped: this reader's own, or what `tobj` found at the current line.
+    pub fn finish(mut self, error: Option<&tobj::LoadError>) -> Result<Counts, SceneError> {
+        if let Some(failure) = self.failure.take() {
+            return Err(failure);
+        }
+        if let Some((vertex, line)) = self.farthest
+            && (vertex > self.positions || error.is_some())
+        {
+            let reason = format!("a face uses vertex {vertex}, but there are {} before its group ends", self.positions);
+            return Err(SceneError::malformed_line(self.source.path, line, reason));
+        }
+        if let Some(error) = error {
+            let text = String::from_utf8_lossy(&self.out);
+            let not_number = text.split_ascii_whitespace().skip(1).find(|t| t.parse::<f32>().is_err());
+            let reason = match (error, not_number) {
+                (tobj::LoadError::ScalingByZeroError, _) => {
+                    "the fourth coordinate, which divides the others, is 0".into()
+                }
+                (_, Some(token)) => format!("'{token}' is not a number"),
+                (error, None) => error.to_string(),
+            };
+            return Err(SceneError::malformed_line(self.source.path, self.line, reason));
+        }
+        for vertex in self.ahead.drain(..) {
+            self.used[vertex as usize - 1] = true;
+        }
+        self.pay()?;
+        Ok(Counts {
+            skipped: self.skipped,
+            unreferenced: self.used.iter().filter(|u| !**u).count() as u64,
+            parts: self.parts,
+        })
+    }
+
+    /// Put the next statement into `out`; an empty `out` is the end of the file.
+    fn next_statement(&mut self) -> Result<(), SceneError> {
+        self.out.clear();
+        self.taken = 0;
+        while self.out.is_empty() && !self.rest.is_empty() {
+            let before = self.rest.len();
+            self.line = self.lines + 1;
+            let line = self.take_line();
+            let trimmed = line.trim_ascii();
+            if trimmed.last() == Some(&b'\\') && !is_name_statement(trimmed) {
+                let joined = self.join_lines(trimmed);
+                self.statement(joined.trim_ascii())?;
+            } else {
+                self.statement(trimmed)?;
+            }
+            self.unreported += (before - self.rest.len()) as u64;
+            if self.unreported > 1 << 20 {
+                self.pay()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The text up to the next newline, which may be `\n`, `\r\n` or `\r`.
+    fn take_line(&mut self) -> &'a [u8] {
+        let text = self.rest;
+        self.lines += 1;
+        match text.iter().position(|&b| b == b'\n' || b == b'\r') {
+            Some(end) => {
+                let newline = if text[end..].starts_with(b"\r\n") { 2 } else { 1 };
+                self.rest = &text[end + newline..];
+                &text[..end]
+            }
+            None => {
+                self.rest = &[];
+                text
+            }
+        }
+    }
+
+    /// A statement that goes on where its lines end in a backslash.
+    fn join_lines(&mut self, first: &[u8]) -> Vec<u8> {
+        let mut joined = first.to_vec();
+        while joined.last() == Some(&b'\\') {
+            joined.pop();
+            joined.push(b' ');
+            if self.rest.is_empty() {
+                break;
+            }
+            joined.extend_from_slice(self.take_line().trim_ascii());
+        }
+        joined
+    }
+
+    fn statement(&mut self, line: &[u8]) -> Result<(), SceneError> {
+        let (keyword, arguments) = split_word(line);
+        match keyword {
+            b"v" => self.position(arguments),
+            b"f" | b"fo" => self.face(arguments),
+            b"l" | b"p" | b"curv" | b"curv2" | b"surf" => {
+                self.skipped += 1;
+                Ok(())
+            }
+            b"o" | b"g" => {
+                self.group = name(arguments);
+                self.part_changed = true;
+                Ok(())
+            }
+            b"usemtl" => {
+                self.material = name(arguments);
+                self.part_changed = true;
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// `v x y z`, with `w` if that is the only further number; colours are cut off.
+    fn position(&mut self, arguments: &[u8]) -> Result<(), SceneError> {
+        let count = words(arguments).count();
+        if count < 3 {
+            return Err(self.error(format!("a position has {count} coordinates; it needs 3")));
+        }
+        self.out.push(b'v');
+        for word in words(arguments).take(if count == 4 { 4 } else { 3 }) {
+            if !word.is_ascii() {
+                let shown = String::from_utf8_lossy(word).into_owned();
+                return Err(self.error(format!("'{shown}' is not a number")));
+            }
+            // Old C libraries print NaN and infinity as 1.#IND, 1.#QNAN, 1.#INF or nan(ind); none of them is a position.
+            let is_finite = !word.contains(&b'#') && !word.contains(&b'(');
+            self.out.push(b' ');
+            self.out.extend_from_slice(if is_finite { word } else { b"nan" });
+        }
+        self.out.push(b'\n');
+        self.positions += 1;
+        if self.positions > u64::from(u32::MAX) {
+            return Err(self.too_many("positions"));
+        }
+        self.used.push(false);
+        self.unpaid += BYTES_PER_POSITION;
+        Ok(())
+    }
+
+    /// `f v/vt/vn …` as absolute vertex numbers. One or two corners make a point or a line.
+    fn face(&mut self, arguments: &[u8]) -> Result<(), SceneError> {
+        self.start_part();
+        let start = self.out.len();
+        let mut corners = 0u64;
+        self.out.push(b'f');
+        for word in words(arguments) {
+            let digits = word.split(|&b| b == b'/').next().unwrap_or_default();
+            let vertex = self.vertex_number(digits)?;
+            if vertex <= self.positions {
+                self.used[vertex as usize - 1] = true;
+            } else {
+                self.ahead.push(vertex);
+                self.unpaid += 8;
+                if self.farthest.is_none_or(|(v, _)| v < vertex) {
+                    self.farthest = Some((vertex, self.line));
+                }
+            }
+            self.out.push(b' ');
+            if digits[0].is_ascii_digit() {
+                self.out.extend_from_slice(digits);
+            } else {
+                self.out.extend_from_slice(vertex.to_string().as_bytes());
+            }
+            corners += 1;
+        }
+        if corners < 3 {
+            self.skipped += 1;
+            self.out.truncate(start);
+            return Ok(());
+        }
+        self.out.push(b'\n');
+        self.triangles += corners - 2;
+        if self.triangles > u64::from(u32::MAX) {
+            return Err(self.too_many("triangles"));
+        }
+        self.unpaid += BYTES_PER_FACE + BYTES_PER_CORNER * corners;
+        Ok(())
+    }
+
+    /// A face's vertex number, counted from 1. Negative numbers count back from the latest position.
+    fn vertex_number(&self, digits: &[u8]) -> Result<u64, SceneError> {
+        let shown = || String::from_utf8_lossy(digits).into_owned();
+        let number = std::str::from_utf8(digits).ok().and_then(|d| d.parse::<i64>().ok());
+        let vertex = match number {
+            None => return Err(self.error(format!("'{}' is not a vertex number", shown()))),
+            Some(0) => return Err(self.error("a face uses vertex 0; vertices are numbered from 1".into())),
+            Some(n) if n > 0 => n as u64,
+            Some(n) => (self.positions + 1).checked_sub(n.unsigned_abs()).unwrap_or(0),
+        };
+        match vertex {
+            0 => Err(self.error(format!("a face uses vertex {}, but there are only {}", shown(), self.positions))),
+            _ => Ok(vertex),
+        }
+    }
+
+    /// Tell `tobj` that a part begins, if the group or the material is another than that of the last face.
+    fn start_part(&mut self) {
+        if !std::mem::take(&mut self.part_changed) {
+            return;
+        }
+        let name = match (self.group.as_str(), self.material.as_str()) {
+            (group, "") => group.to_owned(),
+            (group, material) => format!("{group}/{material}"),
+        };
+        if self.parts.last() != Some(&name) {
+            self.unpaid += name.len() as u64 + size_of::<String>() as u64 + 512; // and tobj's model
+            self.out.extend_from_slice(format!("g {}\n", self.parts.len()).as_bytes());
+            self.parts.push(name);
+        }
+    }
+
+    /// Charge the memory noted so far and report the text read so far.
+    fn pay(&mut self) -> Result<(), SceneError> {
+        let (unpaid, unreported) = (std::mem::take(&mut self.unpaid), std::mem::take(&mut self.unreported));
+        self.source.advance(unreported);
+        self.source.charge(unpaid, "its geometry")
+    }
+
+    fn error(&self, reason: String) -> SceneError {
+        SceneError::malformed_line(self.source.path, self.line, reason)
+    }
+
+    fn too_many(&self, what: &str) -> SceneError {
+        let what = format!("it has too many {what}");
+        SceneError::TooMany { path: self.source.path.to_owned(), what, limit: u32::MAX.into() }
+    }
+}
+
+impl BufRead for Statements<'_, '_> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        if self.taken == self.out.len()
+            && let Err(failure) = self.next_statement()
+        {
+            self.failure = Some(failure);
+            return Err(io::ErrorKind::InvalidData.into());
+        }
+        Ok(&self.out[self.taken..])
+    }
+
+    fn consume(&mut self, amount: usize) {
+        self.taken += amount;
+    }
+}
+
+impl Read for Statements<'_, '_> {
+    fn read(&mut self, buf: &mut [u8]) -> io::Result<usize> {
+        let amount = self.fill_buf()?.read(buf)?;
+        self.consume(amount);
+        Ok(amount)
+    }
+}
+
+/// Statements whose text runs to the end of the line: a backslash there is part of a name.
+fn is_name_statement(line: &[u8]) -> bool {
+    line.starts_with(b"#") || matches!(split_word(line).0, b"o" | b"g" | b"usemtl" | b"mtllib")
+}
+
+fn split_word(line: &[u8]) -> (&[u8], &[u8]) {
+    let end = line.iter().position(|b| is_space(*b)).unwrap_or(line.len());
+    line.split_at(end)
+}
+
+/// The words up to a comment.
+fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    line.split(|b| is_space(*b)).filter(|w| !w.is_empty()).take_while(|w| w[0] != b'#')
+}
+
+fn is_space(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t' | b'\x0b' | b'\x0c')
+}
+
+fn name(arguments: &[u8]) -> String {
+    String::from_utf8_lossy(arguments.trim_ascii()).into_owned()
+}

@@ -1,0 +1,82 @@
+use std::path::Path;
+
+/// What happens to triangles without area. Triangles with NaN or infinite positions have no box and cannot stay: they are
+/// dropped and counted under [`Keep`](Degenerate::Keep) and [`Drop`](Degenerate::Drop), refused under [`Error`](Degenerate::Error).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Degenerate {
+    /// They stay, and are counted.
+    Keep,
+    /// They go, and are counted: no ray can hit them.
+    #[default]
+    Drop,
+    /// The first one refuses the file.
+    Error,
+}
+
+/// How a model file is read. `degenerate` and `scene` change the result and belong in a build key; the other two only
+/// decide whether there is one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReadOptions {
+    pub degenerate: Degenerate,
+    /// Let a glTF name buffers outside its own folder: absolute paths, `..`, symbolic links and `file:` URIs.
+    pub allow_outside: bool,
+    /// The glTF scene to read; `None` takes the file's default, or its first, or all root nodes where it has none.
+    pub scene: Option<u32>,
+    /// Most bytes that reading may hold at once, estimated before each allocation. No file can make the reader hold more.
+    pub max_memory: u64,
+}
+
+impl ReadOptions {
+    pub const DEFAULT_MAX_MEMORY: u64 = 8 << 30;
+}
+
+impl Default for ReadOptions {
+    fn default() -> Self {
+        ReadOptions {
+            degenerate: Degenerate::default(),
+            allow_outside: false,
+            scene: None,
+            max_memory: Self::DEFAULT_MAX_MEMORY,
+        }
+    }
+}
+
+/// The formats that can be read. A GLB is told from a `.gltf` by its first four bytes, whatever it is called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    Obj,
+    Gltf,
+}
+
+impl Format {
+    /// By file name extension, in any case.
+    pub fn from_extension(path: &Path) -> Option<Format> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        match extension.as_str() {
+            "obj" => Some(Format::Obj),
+            "gltf" | "glb" => Some(Format::Gltf),
+            _ => None,
+        }
+    }
+
+    /// By content: the GLB magic, a JSON object, or else text that has at least one OBJ statement.
+    pub fn sniff(bytes: &[u8]) -> Option<Format> {
+        let text = bytes.strip_prefix(BOM).unwrap_or(bytes).trim_ascii_start();
+        if bytes.starts_with(b"glTF") || text.starts_with(b"{") {
+            return Some(Format::Gltf);
+        }
+        let is_statement = |line: &[u8]| {
+            let line = line.trim_ascii_start();
+            [b"v ", b"v\t", b"f ", b"f\t", b"o ", b"g "].iter().any(|s| line.starts_with(*s))
+        };
+        let found = !is_binary(bytes) && bytes.split(|&b| b == b'\n' || b == b'\r').any(is_statement);
+        found.then_some(Format::Obj)
+    }
+}
+
+pub(super) const BOM: &[u8] = b"\xef\xbb\xbf";
+
+/// A NUL byte near the start: no text format has one.
+pub(super) fn is_binary(bytes: &[u8]) -> bool {
+    bytes.iter().take(4096).any(|&b| b == 0)
+}

@@ -1,0 +1,148 @@
+//! The last step of reading: what no tree can hold goes, and is counted.
+
+use super::collinear::is_collinear;
+use super::source::Source;
+use super::{Degenerate, Mesh, Part, Scene, SceneError};
+
+/// Apply the degenerate policy, drop triangles with non-finite positions, instances that cannot be inverted and meshes
+/// that nothing shows, and count all of it. Afterwards every mesh has a triangle and an instance.
+pub(super) fn sanitize(scene: &mut Scene, source: &Source) -> Result<(), SceneError> {
+    drop_singular(scene);
+    drop_unused_meshes(scene);
+    let mut first_bad = None;
+    for mesh in &mut scene.meshes {
+        let found = clean(mesh, source.options.degenerate);
+        if let (None, Some(first)) = (&first_bad, found.first) {
+            first_bad = Some((first, describe(mesh, first)));
+        }
+        scene.report.degenerate_triangles += found.degenerate;
+        scene.report.non_finite_triangles += found.non_finite;
+        scene.report.unreferenced_positions += found.unreferenced;
+    }
+    if let (Some((first, mesh)), Degenerate::Error) = (first_bad, source.options.degenerate) {
+        return Err(SceneError::Degenerate {
+            path: source.path.to_owned(),
+            degenerate: scene.report.degenerate_triangles,
+            non_finite: scene.report.non_finite_triangles,
+            first: first.into(),
+            mesh,
+        });
+    }
+    drop_unused_meshes(scene);
+    Ok(())
+}
+
+/// A transform must have an inverse both as composed and as the file will store it.
+fn drop_singular(scene: &mut Scene) {
+    let before = scene.instances.len();
+    scene.instances.retain(|instance| {
+        let stored = crate::geom::Affine::from_f32(&instance.transform.to_f32());
+        instance.transform.inverse().is_some()
+            && stored.inverse().is_some_and(|i| i.to_f32().iter().all(|v| v.is_finite()))
+    });
+    scene.report.singular_instances += (before - scene.instances.len()) as u64;
+}
+
+/// Remove instances of empty meshes and meshes without instances, and renumber what stays in its order.
+fn drop_unused_meshes(scene: &mut Scene) {
+    let meshes = &scene.meshes;
+    scene.instances.retain(|i| !meshes[i.mesh as usize].triangles.is_empty());
+    let mut used = vec![false; scene.meshes.len()];
+    scene.instances.iter().for_each(|i| used[i.mesh as usize] = true);
+    if used.iter().all(|&u| u) {
+        return;
+    }
+    let mut kept = 0;
+    let renumbered: Vec<u32> = used
+        .iter()
+        .map(|&u| {
+            kept += u32::from(u);
+            kept.saturating_sub(1)
+        })
+        .collect();
+    let mut used = used.into_iter();
+    scene.meshes.retain(|_| used.next() == Some(true));
+    scene.instances.iter_mut().for_each(|i| i.mesh = renumbered[i.mesh as usize]);
+}
+
+#[derive(Default)]
+struct Found {
+    degenerate: u64,
+    non_finite: u64,
+    unreferenced: u64,
+    /// The first triangle that the policy `error` refuses.
+    first: Option<u32>,
+}
+
+/// Drop a mesh's bad triangles and compact its positions if some are used by none.
+fn clean(mesh: &mut Mesh, policy: Degenerate) -> Found {
+    let mut found = Found::default();
+    let mut referenced = vec![false; mesh.positions.len()];
+    let mut dropped = Vec::new();
+    for i in 0..mesh.triangles.len() {
+        mesh.triangles[i].iter().for_each(|&v| referenced[v as usize] = true);
+        let corners = mesh.corners(i);
+        let bad = if !corners.iter().flatten().all(|c| c.is_finite()) {
+            found.non_finite += 1;
+            true
+        } else if is_collinear(corners) {
+            found.degenerate += 1;
+            policy != Degenerate::Keep
+        } else {
+            continue;
+        };
+        if bad {
+            dropped.push(i as u32);
+        }
+    }
+    found.first = dropped.first().copied();
+    found.unreferenced = referenced.iter().filter(|r| !**r).count() as u64;
+    if !dropped.is_empty() {
+        drop_triangles(mesh, &dropped);
+        referenced.fill(false);
+        mesh.triangles.iter().flatten().for_each(|&v| referenced[v as usize] = true);
+    }
+    if referenced.contains(&false) {
+        compact_positions(mesh, &referenced);
+    }
+    found
+}
+
+/// Remove the triangles numbered in `dropped`, which ascends, and move the parts' bounds with them.
+fn drop_triangles(mesh: &mut Mesh, dropped: &[u32]) {
+    let is_dropped = |i: u32| dropped.binary_search(&i).is_ok();
+    let kept: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|&i| !is_dropped(i)).collect();
+    mesh.triangles = kept.iter().map(|&i| mesh.triangles[i as usize]).collect();
+    mesh.source_prims = kept;
+    for part in &mut mesh.parts {
+        let before = |i: u32| dropped.partition_point(|&d| d < i) as u32;
+        let (start, end) = (part.first_triangle, part.first_triangle + part.triangle_count);
+        part.first_triangle = start - before(start);
+        part.triangle_count = end - before(end) - part.first_triangle;
+    }
+}
+
+fn compact_positions(mesh: &mut Mesh, referenced: &[bool]) {
+    let mut kept = 0u32;
+    let renumbered: Vec<u32> = referenced
+        .iter()
+        .map(|&r| {
+            kept += u32::from(r);
+            kept.wrapping_sub(1)
+        })
+        .collect();
+    let mut referenced = referenced.iter();
+    mesh.positions.retain(|_| referenced.next() == Some(&true));
+    mesh.positions.shrink_to_fit();
+    mesh.triangles.iter_mut().flatten().for_each(|v| *v = renumbered[*v as usize]);
+}
+
+/// The mesh and part of source triangle `prim`, in words.
+fn describe(mesh: &Mesh, prim: u32) -> String {
+    let index = mesh.parts.partition_point(|p| p.first_prim + p.prim_count <= prim);
+    match mesh.parts.get(index) {
+        Some(Part { name, .. }) if !name.is_empty() => format!("mesh '{}', part '{name}'", mesh.name),
+        Some(Part { source_mesh, source_part, .. }) => format!("mesh {source_mesh}, part {source_part}"),
+        None => format!("mesh '{}'", mesh.name),
+    }
+}
