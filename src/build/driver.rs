@@ -37,10 +37,10 @@ pub fn build(
     let slots = input.refs.len();
     if slots as u64 > MAX_REFS {
         return Err(BuildError::TooLarge {
-            what: "one tree".into(),
+            what: "one tree (references)",
             needed: slots as u64,
             limit: MAX_REFS,
-            help: "Split the mesh, or keep instances apart with --levels two.",
+            help: "Keep instances apart with --levels two, or allow fewer duplicates with --split-budget 1.",
         });
     }
     if live == 0 {

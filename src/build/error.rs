@@ -3,19 +3,24 @@
 pub enum BuildError {
     #[error("The build was cancelled.")]
     Cancelled,
-    /// The tree's 32-bit indices do not reach further.
-    #[error("Cannot build {what}: it needs {needed} references and a tree holds at most {limit}.\nhelp: {help}")]
-    TooLarge { what: String, needed: u64, limit: u64, help: &'static str },
-    #[error("Cannot build with {option} = {value}: {rule}.\nhelp: {help}")]
+    /// 32-bit indices do not reach further.
+    #[error("Cannot build {what}: it would hold {needed}, and the limit is {limit}.\nhelp: {help}")]
+    TooLarge { what: &'static str, needed: u64, limit: u64, help: &'static str },
+    #[error("Cannot build with --{option} {value}: {rule}.\nhelp: {help}")]
     Option { option: &'static str, value: String, rule: &'static str, help: String },
+    #[error("Cannot build: there is no {kind} named {name}, only {choices}.\nhelp: {help}")]
+    UnknownName { kind: &'static str, name: String, choices: String, help: String },
+    /// Only a scene that no reader made can have this.
     #[error(
-        "Cannot build: instance {instance} names mesh {mesh}, but the scene has {meshes} meshes.\nhelp: Build the Scene from a file with the scene readers, or number the meshes from 0."
+        "Cannot build: instance {instance} names mesh {mesh}, but the scene has {meshes} meshes, numbered from 0.\n\
+         help: Read the scene with the scene readers, or correct the index."
     )]
     MeshIndex { instance: usize, mesh: u32, meshes: usize },
     #[error(
-        "Cannot bake instance {instance} of mesh {mesh}: triangle {triangle} has a corner beyond the range of a 32-bit float in world space.\nhelp: Keep the levels apart with --levels two, or scale the scene down."
-    )]
-    NonFinite { instance: usize, mesh: u32, triangle: usize },
+        "Cannot place instance {instance} of mesh {mesh}: in world space it reaches beyond {limit:e}, the range of a 32-bit float.\n\
+         help: Scale the scene down."
+    , limit = f32::MAX)]
+    OutOfRange { instance: usize, mesh: u32 },
     #[error("Cannot start {jobs} threads: {reason}.\nhelp: Ask for fewer with --jobs.")]
     Threads { jobs: usize, reason: String },
 }

@@ -5,18 +5,22 @@
 //! answers one question, where to split this range; *cost* is the only place that knows the SAH; the *executor* is the only
 //! place that knows threads. A method name is a recipe in the *registry*, which also feeds `--help` and the build key.
 
+mod bake;
 mod binned;
 mod bins;
+mod compile;
 mod cost;
 pub mod driver;
 mod error;
 mod exec;
 mod lanes;
+mod names;
 mod options;
 mod output;
 mod partition;
 mod prim_ref;
 mod progress;
+mod registry;
 mod spatial;
 mod spatial_bins;
 mod spatial_partition;
@@ -24,13 +28,16 @@ mod strategy;
 pub mod tlas;
 
 pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
+pub use compile::{MAX_INSTANCES, compile, primitives_to_build};
 pub use cost::Sah;
 pub use error::BuildError;
 pub use exec::Executor;
+pub use names::Named;
 pub use options::{Axes, BuildOptions, Clip, Levels, Method, Preset};
 pub use partition::bounds_of;
 pub use prim_ref::{PrimRef, PrimRefs};
 pub use progress::{NoProgress, Progress};
+pub use registry::{METHODS, MethodInfo, OptionName};
 pub use spatial::{Spatial, budgeted_slots};
 pub use strategy::{Child, Decision, NodeTask, Strategy};
 

@@ -1,5 +1,7 @@
 //! Everything that a user can ask of a build and that changes its output, with the presets as their expansions.
 
+use super::error::BuildError;
+
 /// How trees are built. A name in the registry; more follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
@@ -98,5 +100,72 @@ impl BuildOptions {
 impl Default for BuildOptions {
     fn default() -> Self {
         BuildOptions::preset(Preset::Best)
+    }
+}
+
+impl BuildOptions {
+    /// Refuse values that no build can honour.
+    pub fn validate(&self) -> Result<(), BuildError> {
+        let refuse = |option: &'static str, value: String, rule: &'static str, good: &str| {
+            Err(BuildError::Option { option, value, rule, help: format!("Try --{option} {good}.") })
+        };
+        let counts = [
+            ("bins", self.bins, 2..=256, "it must be between 2 and 256", "16"),
+            ("spatial-bins", self.spatial_bins, 2..=256, "it must be between 2 and 256", "16"),
+            ("max-leaf", self.max_leaf, 1..=255, "it must be between 1 and 255", "8"),
+        ];
+        for (option, value, range, rule, good) in counts {
+            if !range.contains(&value) {
+                return refuse(option, value.to_string(), rule, good);
+            }
+        }
+
+        // Costs meet each other and counts of up to 2³¹ in `f32`; a million times apart they still compare well.
+        let cost = "it must be between 0.001 and 1000";
+        let reals = [
+            ("sah-trav", self.traversal_cost, 1e-3..=1e3, cost, "1.2"),
+            ("sah-isect", self.intersection_cost, 1e-3..=1e3, cost, "1"),
+            ("split-alpha", self.split_alpha, 0.0..=1.0, "it must be between 0 and 1", "1e-5"),
+            ("split-budget", self.split_budget, 1.0..=64.0, "it must be between 1 and 64", "1.5"),
+        ];
+        for (option, value, range, rule, good) in reals {
+            if !range.contains(&value) {
+                return refuse(option, value.to_string(), rule, good);
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_are_valid() {
+        for preset in [Preset::Draft, Preset::Balanced, Preset::Best] {
+            BuildOptions::preset(preset).validate().unwrap();
+        }
+    }
+
+    #[test]
+    fn each_bad_value_is_refused_by_name() {
+        let ok = BuildOptions::default();
+        let bad = [
+            ("bins", BuildOptions { bins: 1, ..ok.clone() }),
+            ("spatial-bins", BuildOptions { spatial_bins: 257, ..ok.clone() }),
+            ("max-leaf", BuildOptions { max_leaf: 0, ..ok.clone() }),
+            ("max-leaf", BuildOptions { max_leaf: 256, ..ok.clone() }),
+            ("sah-trav", BuildOptions { traversal_cost: f32::NAN, ..ok.clone() }),
+            ("sah-isect", BuildOptions { intersection_cost: 0.0, ..ok.clone() }),
+            ("split-alpha", BuildOptions { split_alpha: -0.1, ..ok.clone() }),
+            ("split-budget", BuildOptions { split_budget: f32::INFINITY, ..ok }),
+        ];
+        for (name, options) in bad {
+            match options.validate() {
+                Err(BuildError::Option { option, .. }) => assert_eq!(option, name),
+                other => panic!("{name}: {other:?}"),
+            }
+        }
     }
 }

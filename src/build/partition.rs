@@ -78,10 +78,10 @@ fn exchange(
     let mut runs_b = cut(b, of_b).into_iter();
     let mut b: &mut [PrimRef] = &mut [];
     let mut swaps = Vec::new();
-    for mut a in cut(a, of_a) {
+    'runs: for mut a in cut(a, of_a) {
         while !a.is_empty() {
             while b.is_empty() {
-                let Some(next) = runs_b.next() else { return };
+                let Some(next) = runs_b.next() else { break 'runs };
                 b = next;
             }
             let common = a.len().min(b.len());

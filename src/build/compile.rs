@@ -1,0 +1,179 @@
+//! A whole scene: decide between one level and two, build every tree, and hand over what a cache file stores.
+
+use super::bake::bake;
+use super::error::BuildError;
+use super::exec::Executor;
+use super::options::{BuildOptions, Levels};
+use super::progress::Progress;
+use super::{build_tree, tlas};
+use crate::geom::{Aabb, Affine};
+use crate::scene::{Instance, Mesh, Part, Scene};
+use crate::tree::{Accel, Tree};
+
+/// Most instances of a two-level file.
+pub const MAX_INSTANCES: u64 = 1 << 24;
+
+/// How many levels a scene is built with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Plan {
+    One,
+    Two,
+}
+
+/// Triangles that [`compile`] will report through [`Progress::advance`].
+pub fn primitives_to_build(scene: &Scene, options: &BuildOptions) -> u64 {
+    match plan(scene, options) {
+        Plan::One => scene.instances.iter().filter_map(|i| scene.meshes.get(i.mesh as usize)).map(triangles).sum(),
+        Plan::Two => {
+            let used = used_meshes(scene);
+            scene.meshes.iter().zip(used).filter(|(_, used)| *used).map(|(mesh, _)| triangles(mesh)).sum()
+        }
+    }
+}
+
+/// Build the scene's trees.
+///
+/// The result depends on `scene` and `options` alone, not on the executor. Meshes that no instance names and instances of meshes without
+/// triangles hold nothing that a ray can hit: they are left out, and the others keep their order.
+pub fn compile(
+    scene: Scene,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<Accel, BuildError> {
+    options.validate()?;
+    let plan = plan(&scene, options);
+    let (meshes, instances) = keep_visible(scene)?;
+    match plan {
+        _ if instances.is_empty() => Ok(Accel::default()),
+        Plan::One => one_level(meshes, &instances, options, exec, progress),
+        Plan::Two => two_levels(meshes, instances, options, exec, progress),
+    }
+}
+
+fn plan(scene: &Scene, options: &BuildOptions) -> Plan {
+    match options.levels {
+        Levels::One => Plan::One,
+        Levels::Two => Plan::Two,
+        Levels::Auto => {
+            let mut uses = vec![0u32; scene.meshes.len()];
+            for i in &scene.instances {
+                if let Some(n) = uses.get_mut(i.mesh as usize) {
+                    *n = n.saturating_add(1);
+                }
+            }
+            let shared = uses.iter().zip(&scene.meshes).any(|(&n, mesh)| n > 1 && !mesh.triangles.is_empty());
+            if shared { Plan::Two } else { Plan::One }
+        }
+    }
+}
+
+fn triangles(mesh: &Mesh) -> u64 {
+    mesh.triangles.len() as u64
+}
+
+fn used_meshes(scene: &Scene) -> Vec<bool> {
+    let mut used = vec![false; scene.meshes.len()];
+    for i in &scene.instances {
+        if let Some(u) = used.get_mut(i.mesh as usize) {
+            *u = true;
+        }
+    }
+    used
+}
+
+/// The meshes that some instance shows, the instances that show something, and both renumbered to each other.
+fn keep_visible(scene: Scene) -> Result<(Vec<Mesh>, Vec<Instance>), BuildError> {
+    let count = scene.meshes.len();
+    if let Some((instance, i)) = scene.instances.iter().enumerate().find(|(_, i)| i.mesh as usize >= count) {
+        return Err(BuildError::MeshIndex { instance, mesh: i.mesh, meshes: count });
+    }
+    let used = used_meshes(&scene);
+    let mut renumbered = vec![None; count];
+    let mut meshes = Vec::new();
+    for (old, mut mesh) in scene.meshes.into_iter().enumerate() {
+        if used[old] && !mesh.triangles.is_empty() {
+            renumbered[old] = Some(meshes.len() as u32);
+            cover_with_parts(&mut mesh);
+            meshes.push(mesh);
+        }
+    }
+    let instances = scene
+        .instances
+        .into_iter()
+        .filter_map(|i| renumbered[i.mesh as usize].map(|mesh| Instance { mesh, ..i }))
+        .collect();
+    Ok((meshes, instances))
+}
+
+/// A mesh made by hand may name no parts; the file's tables want every triangle in one.
+fn cover_with_parts(mesh: &mut Mesh) {
+    if mesh.parts.is_empty() {
+        let triangle_count = mesh.triangles.len() as u32;
+        let prim_count = mesh.source_prims.iter().max().map_or(triangle_count, |last| last + 1);
+        mesh.parts.push(Part { name: mesh.name.clone(), triangle_count, prim_count, ..Part::default() });
+    }
+}
+
+fn one_level(
+    meshes: Vec<Mesh>,
+    instances: &[Instance],
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<Accel, BuildError> {
+    let mesh = exec.run(|| bake(meshes, instances, exec))?;
+    let tree = build_tree(&mesh, options, exec, progress)?;
+    Ok(Accel { meshes: vec![mesh], blases: vec![tree], tlas: None, instances: Vec::new() })
+}
+
+fn two_levels(
+    meshes: Vec<Mesh>,
+    instances: Vec<Instance>,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<Accel, BuildError> {
+    let needed = instances.len() as u64;
+    if needed > MAX_INSTANCES {
+        return Err(BuildError::TooLarge {
+            what: "a tree over the instances",
+            needed,
+            limit: MAX_INSTANCES,
+            help: "Split the scene into several files.",
+        });
+    }
+
+    // Start with the largest meshes, so that no thread is left alone with one at the end.
+    let mut order: Vec<usize> = (0..meshes.len()).collect();
+    order.sort_by_key(|&i| std::cmp::Reverse(meshes[i].triangles.len()));
+    let trees = exec.map(order, |_, i| {
+        if progress.is_cancelled() {
+            return Err(BuildError::Cancelled);
+        }
+        build_tree(&meshes[i], options, exec, progress).map(|tree| (i, tree))
+    });
+    let mut blases = vec![Tree::default(); meshes.len()];
+    for result in trees {
+        let (i, tree) = result?;
+        blases[i] = tree;
+    }
+
+    let boxes = world_boxes(&instances, &blases)?;
+    let tlas = exec.run(|| tlas::build(&boxes));
+    Ok(Accel { meshes, blases, tlas: Some(tlas), instances })
+}
+
+/// Each instance's box in world space, by the transform as the file will hold it.
+fn world_boxes(instances: &[Instance], blases: &[Tree]) -> Result<Vec<Aabb>, BuildError> {
+    let world_box = |(index, instance): (usize, &Instance)| {
+        let rounded = Affine::from_f32(&instance.transform.to_f32());
+        let bounds = rounded.transform_box(&blases[instance.mesh as usize].bounds());
+        if bounds.is_valid() {
+            Ok(bounds)
+        } else {
+            Err(BuildError::OutOfRange { instance: index, mesh: instance.mesh })
+        }
+    };
+    instances.iter().enumerate().map(world_box).collect()
+}

@@ -1,0 +1,146 @@
+//! The table of build methods: one row each, which feeds `--help`, META and the build key.
+
+use super::options::{BuildOptions, Method};
+
+/// What there is to say about a method.
+#[derive(Clone, Copy, Debug)]
+pub struct MethodInfo {
+    pub method: Method,
+    /// What users type and files name.
+    pub name: &'static str,
+    /// Raised when the same input and options give another tree, and only then: old caches are out of date from there on.
+    pub revision: u32,
+    /// One line for `--help`.
+    pub summary: &'static str,
+    /// The options that the method looks at. Only these are part of the build key.
+    pub options: &'static [OptionName],
+}
+
+/// The fields of [`BuildOptions`] but for the method, by the names of their command-line flags.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OptionName {
+    Axes,
+    Bins,
+    SpatialBins,
+    MaxLeaf,
+    TraversalCost,
+    IntersectionCost,
+    Clip,
+    SplitAlpha,
+    SplitBudget,
+    Unsplit,
+    Levels,
+}
+
+use OptionName as O;
+
+pub const METHODS: &[MethodInfo] = &[
+    MethodInfo {
+        method: Method::Binned,
+        name: "binned",
+        revision: 1,
+        summary: "object splits only, chosen among equal bins on three axes; quickest",
+        options: &[O::Axes, O::Bins, O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Levels],
+    },
+    MethodInfo {
+        method: Method::Sbvh,
+        name: "sbvh",
+        revision: 1,
+        summary: "object and spatial splits compete; best where triangles are large or thin",
+        options: &[
+            O::Axes,
+            O::Bins,
+            O::SpatialBins,
+            O::MaxLeaf,
+            O::TraversalCost,
+            O::IntersectionCost,
+            O::Clip,
+            O::SplitAlpha,
+            O::SplitBudget,
+            O::Unsplit,
+            O::Levels,
+        ],
+    },
+];
+
+impl OptionName {
+    pub fn name(self) -> &'static str {
+        match self {
+            O::Axes => "axes",
+            O::Bins => "bins",
+            O::SpatialBins => "spatial-bins",
+            O::MaxLeaf => "max-leaf",
+            O::TraversalCost => "sah-trav",
+            O::IntersectionCost => "sah-isect",
+            O::Clip => "clip",
+            O::SplitAlpha => "split-alpha",
+            O::SplitBudget => "split-budget",
+            O::Unsplit => "unsplit",
+            O::Levels => "levels",
+        }
+    }
+
+    /// The option's value as text that two different values never share: floats in the shortest form that reads back to the same bits.
+    pub fn value(self, options: &BuildOptions) -> String {
+        // Adding zero turns -0 into +0: they mean the same.
+        match self {
+            O::Axes => options.axes.to_string(),
+            O::Bins => options.bins.to_string(),
+            O::SpatialBins => options.spatial_bins.to_string(),
+            O::MaxLeaf => options.max_leaf.to_string(),
+            O::TraversalCost => (options.traversal_cost + 0.0).to_string(),
+            O::IntersectionCost => (options.intersection_cost + 0.0).to_string(),
+            O::Clip => options.clip.to_string(),
+            O::SplitAlpha => (options.split_alpha + 0.0).to_string(),
+            O::SplitBudget => (options.split_budget + 0.0).to_string(),
+            O::Unsplit => options.unsplit.to_string(),
+            O::Levels => options.levels.to_string(),
+        }
+    }
+}
+
+impl Method {
+    pub fn info(self) -> &'static MethodInfo {
+        match self {
+            Method::Binned => &METHODS[0],
+            Method::Sbvh => &METHODS[1],
+        }
+    }
+}
+
+impl BuildOptions {
+    /// The options that decide this build's output, as names and values in the order of the registry: what META shows and the
+    /// build key hashes, beside the method's name and revision.
+    pub fn effective(&self) -> Vec<(String, String)> {
+        self.method.info().options.iter().map(|o| (o.name().to_string(), o.value(self))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_method_finds_its_own_row() {
+        for row in METHODS {
+            assert_eq!(row.method.info().name, row.name);
+        }
+    }
+
+    #[test]
+    fn options_that_a_method_ignores_are_not_part_of_its_recipe() {
+        let base = BuildOptions { method: Method::Binned, ..BuildOptions::default() };
+        let other = BuildOptions { split_alpha: 0.5, spatial_bins: 7, unsplit: false, ..base.clone() };
+        assert_eq!(base.effective(), other.effective());
+        let sbvh = BuildOptions { method: Method::Sbvh, ..base.clone() };
+        assert_ne!(sbvh.effective(), BuildOptions { method: Method::Sbvh, ..other }.effective());
+        assert!(base.effective().contains(&("sah-trav".into(), "1.2".into())));
+    }
+
+    #[test]
+    fn both_zeros_are_one_value() {
+        let plus = BuildOptions { split_alpha: 0.0, ..BuildOptions::default() };
+        let minus = BuildOptions { split_alpha: -0.0, ..BuildOptions::default() };
+        assert_eq!(plus.effective(), minus.effective());
+    }
+}
