@@ -3,6 +3,7 @@
 //! `records` are the bytes, [`Image`] is a whole file's content in memory, [`View`] is the borrowed form that traversal reads,
 //! mapped or not. `format-spec/SPEC.md` is the law; this room knows no builder.
 
+pub mod check;
 mod header;
 mod image;
 pub mod keys;

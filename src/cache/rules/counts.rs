@@ -41,11 +41,11 @@ rules! {
         "the tree must start at record {expected}, BLAS states {actual}", "54-blas-64-bytes",
         means "Two trees would share triangles, or triangles would belong to none. The tree was not checked.",
         because FOREIGN_WRITER, remedy REBUILD;
-    E0312 "blas-node-count", "a tree has a node count that no tree can have",
-        "the node count must be {expected}, BLAS states {actual}", "54-blas-64-bytes",
+    E0312 "node-count", "a tree has a node count that no tree can have",
+        "the node count must be {expected}, it is {actual}", "54-blas-64-bytes",
         means "A tree has a root, an unused record and pairs, hence an even count; it is empty exactly if it has no triangles.",
         because FOREIGN_WRITER, remedy REBUILD;
-    E0313 "blas-flags", "a tree's flags are not one of those that a tree can have",
+    E0313 "tree-kind", "a tree's flags are not one of those that a tree can have",
         "the flags must be {expected}, BLAS states {actual}", "54-blas-64-bytes",
         means "Whether triangles may repeat in this tree is not certain.", because FOREIGN_WRITER, remedy REBUILD;
     E0314 "geom-blas", "a GEOM row names a tree that is not there, or the rows are not in the order of their trees",
@@ -55,8 +55,8 @@ rules! {
         "reserved must be {expected}, it is {actual}", "53-geom-64-bytes",
         means "Either a writer error, or a use of this field that a newer version invented without saying so.",
         because FOREIGN_WRITER, remedy REBUILD;
-    E0316 "geom-range", "a GEOM row's primitive numbers do not fit 32 bits, or it keeps more than it has",
-        "{expected}, but {actual}", "53-geom-64-bytes",
+    E0316 "geom-range", "a GEOM row's primitive numbers do not fit 32 bits",
+        "first_prim + prim_count must be at most {expected}, it is {actual}", "53-geom-64-bytes",
         means "Hits could not be mapped back to their source.", because FOREIGN_WRITER, remedy REBUILD;
     E0317 "trees-without-top", "a file without a top level has more than one tree",
         "at most {expected} tree without TWO_LEVEL, BLAS has {actual}", "2-header",
@@ -67,10 +67,7 @@ rules! {
     E0319 "blas-prim-count", "a tree's triangle count is not the number of different triangles in it",
         "prim_count must be {expected}, BLAS states {actual}", "54-blas-64-bytes",
         means "Triangles are missing or counted twice.", because FOREIGN_WRITER, remedy REBUILD;
-    E0320 "geom-total", "a tree's parts do not add up to its triangle count",
-        "the kept_count of the tree's GEOM rows must add up to {expected}, they add up to {actual}", "53-geom-64-bytes",
-        means "Triangles are missing or counted twice.", because FOREIGN_WRITER, remedy REBUILD;
-    E0321 "part-name", "a part's name does not have the hash that GEOM states",
+    E0320 "part-name", "a part's name does not have the hash that GEOM states",
         "name_hash must be {expected}, GEOM states {actual}", "7-nams",
         means "Parts would be shown under the wrong names.", because FOREIGN_WRITER, remedy REBUILD;
 }

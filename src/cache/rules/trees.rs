@@ -70,7 +70,7 @@ rules! {
         means "With spatial splits a leaf holds the part of a triangle that lies in its box; here there is no such part.",
         because FOREIGN_WRITER, remedy REBUILD;
     E0421 "triangle-repeated", "a triangle stands in the list twice, in a tree without duplicates",
-        "each triangle once, but {actual} stands at record {expected} already", "52-tris-48-bytes",
+        "each triangle once, but {actual} stands at {expected} already", "52-tris-48-bytes",
         means "A refit or an any-hit count would visit it twice.", because FOREIGN_WRITER, remedy REBUILD;
     E0422 "duplicate-flag", "a triangle's flag does not say whether it stands in several leaves",
         "the DUPLICATED flag must be {expected}, it is {actual}", "52-tris-48-bytes",
