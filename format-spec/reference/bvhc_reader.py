@@ -79,6 +79,11 @@ def digest(data, context=None):
     return blake3.blake3(data, derive_key_context=context).digest() if context else blake3.blake3(data).digest()
 
 
+def plain(row):
+    """A record as Python numbers, bytes and small arrays, so that no arithmetic on it can wrap around."""
+    return {f: row[f].item() if row[f].ndim == 0 else row[f] for f in row.dtype.names}
+
+
 class File:
     """A file whose container [2-4], hashes [9], records [5] and trees [5.1] were checked."""
 
@@ -89,19 +94,20 @@ class File:
         self.check_hashes()
         self.bodies = [self.decode(entry) for entry in self.table]
         self.read_records()
+        self.check_names()
         self.check_meta()
         self.depths = [self.check_tree(*self.tree(b), "BLAS %d" % i) for i, b in enumerate(self.blas)]
         self.check_blases()
         if self.two_level:
             self.depths.append(self.check_tree(self.tnod, len(self.inst), "TLAS"))
             self.check_instances()
-        require(int(self.header["max_depth"]) == max(self.depths, default=0), "header.max_depth is not that of the trees")
+        require(self.header["max_depth"] == max(self.depths, default=0), "header.max_depth is not that of the trees")
         self.check_scene_bounds()
 
     def read_header(self):
         require(self.data[:8] == MAGIC, "the magic bytes are missing: not a .bvhc file")
         require(len(self.data) >= 256, "the file is shorter than a header")
-        h = self.header = np.frombuffer(self.data, HEADER, 1)[0]
+        h = self.header = plain(np.frombuffer(self.data, HEADER, 1)[0])
         if h["major"] != 1 or h["min_minor"] > 0:
             raise Unsupported("format %d.%d, readable from minor %d" % (h["major"], h["minor"], h["min_minor"]))
         if h["features_required"] != 0:
@@ -112,28 +118,28 @@ class File:
         require(h["file_len"] == len(self.data) and len(self.data) % 64 == 0, "file_len is not the length of the file")
         require(4 <= h["section_count"] <= 65536 and h["section_entry_len"] == 128, "section_count or section_entry_len")
         require(h["section_table_off"] == h["header_len"], "section_table_off is not header_len")
-        require(h["reserved"].item() == bytes(32) and h["frame_count"] == 0, "reserved bytes or frame_count are not zero")
-        flags = self.flags = int(h["tree_flags"])
+        require(h["reserved"] == bytes(32) and h["frame_count"] == 0, "reserved bytes or frame_count are not zero")
+        flags = self.flags = h["tree_flags"]
         require(flags & ~31 == 0 and not flags & SEQUENCE and flags & CANONICAL_DFS, "tree_flags")
         require(bool(flags & REFITTABLE) != bool(flags & DUP_REFS), "exactly one of REFITTABLE and DUP_REFS must be set")
         self.two_level = bool(flags & TWO_LEVEL)
 
     def read_table(self):
-        start, count = int(self.header["header_len"]), int(self.header["section_count"])
+        start, count = self.header["header_len"], self.header["section_count"]
         end = start + 128 * count
         require(end <= len(self.data), "the section table ends behind the file")
-        self.table, seen = np.frombuffer(self.data, ENTRY, count, start), set()
+        self.table, seen = [plain(e) for e in np.frombuffer(self.data, ENTRY, count, start)], set()
         for e in self.table:
-            name, offset, stored = e["type"].item(), int(e["offset"]), int(e["stored_len"])
-            require((name, int(e["ordinal"])) not in seen, "two sections of one type and ordinal")
-            seen.add((name, int(e["ordinal"])))
-            require(6 <= e["align_log2"] <= 16 and offset % (1 << int(e["align_log2"])) == 0, "alignment of %r" % name)
-            require(offset >= end and offset - end < 1 << int(e["align_log2"]), "%r overlaps or leaves a gap" % name)
+            name, offset, stored, raw = e["type"], e["offset"], e["stored_len"], e["raw_len"]
+            require((name, e["ordinal"]) not in seen, "two sections of one type and ordinal")
+            seen.add((name, e["ordinal"]))
+            require(6 <= e["align_log2"] <= 16 and offset % (1 << e["align_log2"]) == 0, "alignment of %r" % name)
+            require(offset >= end and offset - end < 1 << e["align_log2"], "%r overlaps or leaves a gap" % name)
             require(not any(self.data[end:offset]), "bytes before %r are not zero" % name)
             end = offset + stored
             require(end <= len(self.data), "%r ends behind the file" % name)
-            require(e["flags"] & ~7 == 0 and e["reserved"].item() == bytes(12), "flags or reserved bytes of %r" % name)
-            size, elements, raw = int(e["elem_size"]), int(e["elem_count"]), int(e["raw_len"])
+            require(e["flags"] & ~7 == 0 and e["reserved"] == bytes(12), "flags or reserved bytes of %r" % name)
+            size, elements = e["elem_size"], e["elem_count"]
             require(size == 0 or size * elements == raw, "elem_size and elem_count of %r" % name)
             require(e["codec"] != 0 or (raw == stored and e["raw_hash"] == e["stored_hash"]), "lengths of raw %r" % name)
             flags, record = RECORDS.get(name.decode("latin-1"), (None, None))
@@ -145,33 +151,33 @@ class File:
             require(size == (record.itemsize if record else 0), "elem_size of %r" % name)
             require(name != b"META" or (raw <= 1 << 20 and elements == 0), "META exceeds 1 MiB or has records")
         require(len(self.data) - end < 64 and not any(self.data[end:]), "bytes behind the last section")
-        require(sum(int(e["raw_len"]) for e in self.table) <= MAX_DECODED, "sections exceed 8 GiB decoded")
+        require(sum(e["raw_len"] for e in self.table) <= MAX_DECODED, "sections exceed 8 GiB decoded")
 
     def check_hashes(self):
         if blake3 is None:
             print("hashes not checked: install the Python package blake3", file=sys.stderr)
             return
         for e in self.table:
-            stored = self.data[int(e["offset"]):int(e["offset"]) + int(e["stored_len"])]
-            require(digest(stored) == e["stored_hash"].item(), "stored_hash of %r" % e["type"].item())
-        head, table = int(self.header["header_len"]), 128 * len(self.table)
+            stored = self.data[e["offset"]:e["offset"] + e["stored_len"]]
+            require(digest(stored) == e["stored_hash"], "stored_hash of %r" % e["type"])
+        head, table = self.header["header_len"], 128 * len(self.table)
         blanked = self.data[:64] + bytes(32) + self.data[96:head + table]
-        require(digest(blanked, "bvhc v1 file id") == self.header["file_id"].item(), "file_id")
+        require(digest(blanked, "bvhc v1 file id") == self.header["file_id"], "file_id")
         content = b"".join(
-            struct.pack("<4sIHxxIQ32s", *(e[f].item() for f in ("type", "ordinal", "schema", "elem_size", "raw_len", "raw_hash")))
-            for e in sorted(self.table, key=lambda e: (e["type"].item(), int(e["ordinal"]))) if e["flags"] & CONTENT)
-        require(digest(content, "bvhc v1 content id") == self.header["content_id"].item(), "content_id")
+            struct.pack("<4sIHxxIQ32s", *(e[f] for f in ("type", "ordinal", "schema", "elem_size", "raw_len", "raw_hash")))
+            for e in sorted(self.table, key=lambda e: (e["type"], e["ordinal"])) if e["flags"] & CONTENT)
+        require(digest(content, "bvhc v1 content id") == self.header["content_id"], "content_id")
 
     def decode(self, e):
         """The decoded bytes of a section [8], or None for one that this reader skips."""
-        stored = self.data[int(e["offset"]):int(e["offset"]) + int(e["stored_len"])]
-        if e["type"].item().decode("latin-1") not in RECORDS or e["schema"] != 1 or e["codec"] > 1:
+        stored = self.data[e["offset"]:e["offset"] + e["stored_len"]]
+        if e["type"].decode("latin-1") not in RECORDS or e["schema"] != 1 or e["codec"] > 1:
             return None
         if e["codec"] == 0:
             return stored
         if zstandard is None:
             raise Unsupported("a compressed section: install the Python package zstandard")
-        raw_len, out = int(e["raw_len"]), []
+        raw_len, out = e["raw_len"], []
         blocks = -(-raw_len // BLOCK)
         require(len(stored) >= 8 + 4 * blocks, "a compressed section is shorter than its frame list")
         count, zero = struct.unpack_from("<II", stored)
@@ -190,11 +196,11 @@ class File:
             out.append(block)
         require(position == len(stored), "bytes behind the zstd frames")
         raw = b"".join(out)
-        require(blake3 is None or digest(raw) == e["raw_hash"].item(), "raw_hash of %r" % e["type"].item())
+        require(blake3 is None or digest(raw) == e["raw_hash"], "raw_hash of %r" % e["type"])
         return raw
 
     def body(self, name):
-        found = [b for e, b in zip(self.table, self.bodies) if e["type"].item() == name.encode() and b is not None]
+        found = [b for e, b in zip(self.table, self.bodies) if e["type"] == name.encode() and b is not None]
         return found[0] if found else None
 
     def read_records(self):
@@ -212,7 +218,7 @@ class File:
             "instance_count": len(self.inst),
         }
         for field, count in counts.items():
-            require(int(h[field]) == count, "header.%s is %d, the sections say %d" % (field, h[field], count))
+            require(h[field] == count, "header.%s is %d, the sections say %d" % (field, h[field], count))
         require(self.two_level or len(self.blas) <= 1, "several BLASes in a one-level file")
         duplicates = any(self.blas["flags"] == DUP_REFS)
         require(duplicates == bool(self.flags & DUP_REFS), "DUP_REFS of the header and of the BLASes")
@@ -279,6 +285,11 @@ class File:
             require(len(times) == b["prim_count"] == kept, "%s: prim_count" % name)
             require(((times[index] > 1) == (tris["flags"] == 1)).all(), "%s: DUPLICATED is not set on the duplicates" % name)
             require((len(times) == len(tris)) or b["flags"] == DUP_REFS, "%s: duplicates without DUP_REFS" % name)
+            # A reference that stands once lies in its leaf's box as a whole.
+            box = leaf_of_each_ref(nodes)
+            corners = np.stack([tris[v] for v in ("v0", "v1", "v2")], axis=1)
+            inside = (corners >= box["min"][:, None]) & (corners <= box["max"][:, None])
+            require(inside.all(axis=(1, 2))[tris["flags"] == 0].all(), "%s: a triangle leaves its leaf's box" % name)
 
     def check_instances(self):
         ids = self.inst["id"]
@@ -291,17 +302,50 @@ class File:
             scale = np.maximum(np.abs(a) @ np.abs(b), 1.0)
             require((np.abs(a @ b - np.eye(4)) <= 1e-4 * scale).all(), "world_to_object is not the inverse of object_to_world")
             require(bool(m["flags"] & 1) == (np.linalg.det(a[:3, :3]) < 0), "MIRRORED of INST")
+        for m, box in zip(self.inst, leaf_of_each_ref(self.tnod)):
+            b, a = self.blas[int(m["blas"])], m["object_to_world"].reshape(3, 4).astype(np.float64)
+            if b["node_count"]:
+                ends = np.stack([a[:, :3] * b["min"].astype(np.float64), a[:, :3] * b["max"].astype(np.float64)])
+                low, high = ends.min(axis=0).sum(axis=1) + a[:, 3], ends.max(axis=0).sum(axis=1) + a[:, 3]
+                require((box["min"] <= low).all() and (box["max"] >= high).all(), "an instance leaves its leaf's box")
 
     def check_scene_bounds(self):
         root = self.tnod if self.two_level else self.node
         low, high = (root["min"][0], root["max"][0]) if len(root) else (np.zeros(3), np.zeros(3))
         require((self.header["scene_min"] == low).all() and (self.header["scene_max"] == high).all(), "scene bounds")
 
+    def check_names(self):
+        body = self.body("NAMS")
+        if body is None:
+            require(not any(any(n.item()) for n in self.geom["name_hash"]), "named parts, but no NAMS")
+            return
+        count = len(self.geom)
+        require(len(body) >= 8 + 4 * count and struct.unpack_from("<I", body)[0] == count, "count of NAMS")
+        text, start = body[8 + 4 * count:], 0
+        require(struct.unpack_from("<I", body, 4)[0] == len(text), "text_len of NAMS")
+        for end, wanted in zip(struct.unpack_from("<%dI" % count, body, 8), self.geom["name_hash"]):
+            require(start <= end <= len(text) and end - start <= 4096, "ends of NAMS")
+            name, start = text[start:end], end
+            try:
+                name.decode("utf-8")
+            except UnicodeDecodeError:
+                raise Invalid("a name of NAMS is not UTF-8")
+            if blake3:
+                require((digest(name) if name else bytes(32)) == wanted.item(), "a name of NAMS and its hash in GEOM")
+        require(start == len(text), "text behind the last name of NAMS")
+
     def check_meta(self):
         body = self.body("META")
         self.meta = None if body is None else Meta(body)
         if self.meta and blake3:
-            require(digest(self.meta.key_stream(), "bvhc v1 build key") == self.header["build_key"].item(), "build_key")
+            require(digest(self.meta.key_stream(), "bvhc v1 build key") == self.header["build_key"], "build_key")
+
+
+def leaf_of_each_ref(nodes):
+    """For each reference of a checked tree the node of the leaf that it stands in."""
+    leaves = nodes[nodes["count"] > 0]  # record 1 is zero, so it is not among them
+    leaves = leaves[np.argsort(leaves["first"])]
+    return np.repeat(leaves, leaves["count"])
 
 
 class Meta:
@@ -350,29 +394,29 @@ class Meta:
 def info(file):
     """The document that `bvhc info --json` prints."""
     def flag_set(bits, names):
-        return {"bits": int(bits), "names": [n for i, n in enumerate(names) if int(bits) >> i & 1]}
+        return {"bits": bits, "names": [n for i, n in enumerate(names) if bits >> i & 1]}
 
     def floats(values):
         return [float(str(v)) for v in values]  # the shortest decimal that gives the same f32
 
     def section(e):
-        name = "".join(chr(c) if 33 <= c <= 126 else "\\x%02x" % c for c in e["type"].item())
+        name = "".join(chr(c) if 33 <= c <= 126 else "\\x%02x" % c for c in e["type"])
         return {
-            "type": name, "ordinal": int(e["ordinal"]), "flags": flag_set(e["flags"], SECTION_FLAGS), "schema": int(e["schema"]),
-            "codec": {0: "raw", 1: "zstd"}.get(int(e["codec"]), str(e["codec"])), "align": 1 << int(e["align_log2"]),
-            **{f: int(e[f]) for f in ("offset", "stored_len", "raw_len", "elem_count", "elem_size")},
-            **{f: e[f].item().hex() for f in ("raw_hash", "stored_hash")},
+            "type": name, "ordinal": e["ordinal"], "flags": flag_set(e["flags"], SECTION_FLAGS), "schema": e["schema"],
+            "codec": {0: "raw", 1: "zstd"}.get(e["codec"], str(e["codec"])), "align": 1 << e["align_log2"],
+            **{f: e[f] for f in ("offset", "stored_len", "raw_len", "elem_count", "elem_size")},
+            **{f: e[f].hex() for f in ("raw_hash", "stored_hash")},
         }
 
     h, m = file.header, file.meta
     return {
-        "file_len": int(h["file_len"]),
-        "format": {f: int(h[f]) for f in ("major", "minor", "min_minor")},
-        **{f: int(h[f]) for f in ("features_required", "features_optional")},
+        "file_len": h["file_len"],
+        "format": {f: h[f] for f in ("major", "minor", "min_minor")},
+        **{f: h[f] for f in ("features_required", "features_optional")},
         "tree_flags": flag_set(h["tree_flags"], TREE_FLAGS),
-        "builder": {"id": int(h["builder_id"]), "name": BUILDERS.get(int(h["builder_id"]))},
-        **{f: h[f].item().hex() for f in ("file_id", "content_id", "build_key")},
-        **{f: int(h[f]) for f in ("prim_count", "ref_count", "node_count", "blas_count", "instance_count", "frame_count", "max_depth")},
+        "builder": {"id": h["builder_id"], "name": BUILDERS.get(h["builder_id"])},
+        **{f: h[f].hex() for f in ("file_id", "content_id", "build_key")},
+        **{f: h[f] for f in ("prim_count", "ref_count", "node_count", "blas_count", "instance_count", "frame_count", "max_depth")},
         "scene_bounds": {"min": floats(h["scene_min"]), "max": floats(h["scene_max"])},
         "sections": [section(e) for e in file.table],
         "meta": m and {
