@@ -4,7 +4,7 @@
 //! boards, roof slats, and braces and cables that cross it slantwise. The long pieces have their centres in the middle, so
 //! their boxes cover the hall whatever an object split does with them; only cutting them helps.
 
-use super::mesh::{Mesh, Vec3, turn};
+use super::mesh::{Mesh, Random, Vec3, turn};
 
 const LENGTH: f64 = 72.0;
 const BAYS: usize = 12;
@@ -79,10 +79,20 @@ fn arch(mesh: &mut Mesh, left: Vec3) {
     }
 }
 
-/// Pieces that run the whole length of the hall in single quadrilaterals.
+/// Flat quadrilaterals along the hall between the joints given, from line `a` to line `b` in (y, z).
+fn strip(mesh: &mut Mesh, a: (f64, f64), b: (f64, f64), joints: &[f64]) {
+    for x in joints.windows(2) {
+        mesh.quad([[x[0], a.0, a.1], [x[1], a.0, a.1], [x[1], b.0, b.1], [x[0], b.0, b.1]]);
+    }
+}
+
+/// Pieces that run the whole length of the hall, or most of it up to a joint that is staggered as boards are laid.
 fn trim(mesh: &mut Mesh) {
-    let along = |mesh: &mut Mesh, (y0, z0): (f64, f64), (y1, z1): (f64, f64)| {
-        mesh.quad([[0.0, y0, z0], [LENGTH, y0, z0], [LENGTH, y1, z1], [0.0, y1, z1]]);
+    let along = |mesh: &mut Mesh, a: (f64, f64), b: (f64, f64)| strip(mesh, a, b, &[0.0, LENGTH]);
+    let mut random = Random(1);
+    let mut jointed = |mesh: &mut Mesh, a: (f64, f64), b: (f64, f64)| {
+        let joint = LENGTH * random.between(0.2, 0.8);
+        strip(mesh, a, b, &[0.0, joint, LENGTH]);
     };
     mesh.group("cornices");
     let steps =
@@ -110,19 +120,19 @@ fn trim(mesh: &mut Mesh) {
     }
     mesh.group("boards");
     for (floor, from, to) in [(0.0, -HALL, HALL), (6.95, -HALL, -NAVE - 0.6), (6.95, NAVE + 0.6, HALL)] {
-        let boards = ((to - from) / 0.3).floor() as usize;
+        let boards = ((to - from) / 0.2).floor() as usize;
         let width = (to - from) / boards as f64;
         for board in 0..boards {
             let z = from + board as f64 * width;
-            along(mesh, (floor, z), (floor, z + width * 0.97));
+            jointed(mesh, (floor, z), (floor, z + width * 0.97));
         }
     }
     mesh.group("wall courses");
     for wall in [-HALL, HALL] {
-        for course in 0..40 {
-            let y = f64::from(course) * 0.35;
+        for course in 0..70 {
+            let y = f64::from(course) * 0.2;
             let relief = if course % 2 == 0 { 0.0 } else { 0.03 };
-            along(mesh, (y, wall + relief), (y + 0.34, wall + relief));
+            jointed(mesh, (y, wall + relief), (y + 0.195, wall + relief));
         }
     }
 }
@@ -146,11 +156,12 @@ fn shell(mesh: &mut Mesh) {
 /// What lies along no axis: the pitched roof, braces under it, and cables hung across the nave.
 fn slanted(mesh: &mut Mesh) {
     mesh.group("slats");
+    let mut random = Random(3);
     for side in [-1.0, 1.0] {
-        for slat in 0..36 {
+        for slat in 0..60 {
             let at = |t: f64| (14.4 + 6.0 * t, side * HALL * (1.0 - t));
-            let ((y0, z0), (y1, z1)) = (at(f64::from(slat) / 36.0), at((f64::from(slat) + 0.92) / 36.0));
-            mesh.quad([[0.0, y0, z0], [LENGTH, y0, z0], [LENGTH, y1, z1], [0.0, y1, z1]]);
+            let ((y0, z0), (y1, z1)) = (at(f64::from(slat) / 60.0), at((f64::from(slat) + 0.92) / 60.0));
+            strip(mesh, (y0, z0), (y1, z1), &[0.0, LENGTH * random.between(0.2, 0.8), LENGTH]);
         }
     }
     mesh.group("rafters");
