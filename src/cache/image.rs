@@ -1,3 +1,4 @@
+use super::names::clip_name;
 use super::records::{BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, tree_flags};
 use super::view::View;
 use crate::geom::{Aabb, Affine};
@@ -13,6 +14,8 @@ pub struct Image {
     pub blases: Vec<BlasRecord>,
     pub tlas_nodes: Vec<Node>,
     pub instances: Vec<InstanceRecord>,
+    /// Names of the parts, one for each row of `geoms`; empty where no names are known.
+    pub names: Vec<String>,
     /// Bits of [`tree_flags`].
     pub flags: u32,
 }
@@ -37,6 +40,7 @@ impl Image {
     fn push_blas(&mut self, mesh: &Mesh, tree: &Tree) {
         let blas = self.blases.len() as u32;
         let first_geom = self.geoms.len() as u32;
+        self.names.extend(mesh.parts.iter().map(|part| clip_name(&part.name).to_owned()));
         self.geoms.extend(mesh.parts.iter().map(|part| GeomRecord {
             source_mesh: part.source_mesh,
             source_part: part.source_part,
@@ -46,7 +50,11 @@ impl Image {
             prim_count: part.prim_count,
             kept_count: part.triangle_count,
             reserved: 0,
-            name_hash: if part.name.is_empty() { [0; 32] } else { *blake3::hash(part.name.as_bytes()).as_bytes() },
+            name_hash: if part.name.is_empty() {
+                [0; 32]
+            } else {
+                *blake3::hash(clip_name(&part.name).as_bytes()).as_bytes()
+            },
         }));
 
         // Count how often each triangle stands in the leaf order, to flag the duplicated ones.

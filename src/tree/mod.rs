@@ -6,7 +6,7 @@
 mod node;
 pub mod quality;
 
-pub use node::{MAX_DEPTH, Node, Tree};
+pub use node::{MAX_DEPTH, Node, Tree, max_depth};
 
 use crate::scene::{Instance, Mesh};
 

@@ -64,20 +64,28 @@ impl Tree {
         self.nodes.len().saturating_sub(1)
     }
 
-    /// The deepest leaf's depth; 0 for a single leaf and for the empty tree. One forward pass, since children lie behind parents.
+    /// The deepest leaf's depth; 0 for a single leaf and for the empty tree.
     pub fn max_depth(&self) -> u32 {
-        let mut depth = vec![0u32; self.nodes.len()];
-        let mut deepest = 0;
-        for (i, node) in self.nodes.iter().enumerate() {
-            if i == 1 {
-                continue;
-            }
-            deepest = deepest.max(depth[i]);
-            if !node.is_leaf() {
-                depth[node.first as usize] = depth[i] + 1;
-                depth[node.first as usize + 1] = depth[i] + 1;
+        max_depth(&self.nodes)
+    }
+}
+
+/// The depth of the deepest leaf below record 0, in one forward pass, since children lie behind parents.
+pub fn max_depth(nodes: &[Node]) -> u32 {
+    let mut depth = vec![0u32; nodes.len()];
+    let mut deepest = 0;
+    for (i, node) in nodes.iter().enumerate() {
+        if i == 1 {
+            continue;
+        }
+        deepest = deepest.max(depth[i]);
+        if !node.is_leaf() {
+            let below = depth[i] + 1;
+            // Records that are no tree, children out of range, count as no children.
+            if let Some(pair) = depth.get_mut(node.first as usize..).and_then(|d| d.get_mut(..2)) {
+                pair.fill(below);
             }
         }
-        deepest
     }
+    deepest
 }

@@ -1,0 +1,110 @@
+//! Changing the container and not the content: raw to zstd and back.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use super::container::{is_known_codec, is_understood};
+use super::error::{CacheError, Fault};
+use super::header::{MIN_MINOR, MINOR};
+use super::reader::{Cache, OpenOptions, Validation};
+use super::section::section_flags;
+use super::writer::{Codec, Form, Piece, Sealed, WriteOptions, WriteSummary};
+use super::{Header, SectionKind, atomic, keys};
+
+/// What a conversion did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConvertSummary {
+    pub written: WriteSummary,
+    /// Sections that could not be kept: unknown to this version and not marked COPY_SAFE.
+    pub dropped: Vec<SectionKind>,
+}
+
+/// What a conversion leaves out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ConvertOptions {
+    pub write: WriteOptions,
+    /// Leave out every section that this version does not know, even where it may be copied.
+    pub strip_unknown: bool,
+    /// Leave out META: the file is smaller and says less; it is never taken for up to date again.
+    pub drop_meta: bool,
+}
+
+/// Write the content of `from` to `to` with another codec, in one step, with the same `content_id`.
+///
+/// `from` and `to` may be the same file. Every section is read once and its hashes are checked.
+///
+/// # Errors
+/// Where `from` cannot be opened or `to` cannot be written, or where a section that would have to be left out is part of the
+/// content.
+pub fn convert(
+    from: &Path,
+    to: &Path,
+    open: &OpenOptions,
+    options: &ConvertOptions,
+) -> Result<ConvertSummary, CacheError> {
+    let validation = open.validation.max(Validation::Hash);
+    let cache = Cache::open_with(from, &OpenOptions { validation, ..*open })?;
+    let name = from.display().to_string();
+    let (sealed, dropped) = repack(&cache, &name, options)?;
+    atomic::replace(to, |file| sealed.write_to(file))?;
+    Ok(ConvertSummary { written: sealed.summary(), dropped })
+}
+
+fn repack<'a>(
+    cache: &'a Cache,
+    name: &str,
+    options: &ConvertOptions,
+) -> Result<(Sealed<'a>, Vec<SectionKind>), CacheError> {
+    // Keep what is understood or may be copied unread.
+    let (mut pieces, mut dropped) = (Vec::new(), Vec::new());
+    for (i, entry) in cache.sections().iter().enumerate() {
+        let known = is_understood(entry);
+        let keep = if entry.kind == SectionKind::META {
+            !options.drop_meta && (known || entry.is(section_flags::COPY_SAFE))
+        } else {
+            known || (entry.is(section_flags::COPY_SAFE) && !options.strip_unknown)
+        };
+        if !keep {
+            dropped.push(entry.kind);
+            continue;
+        }
+        let data = cache.section_bytes(i).filter(|_| is_known_codec(entry.codec));
+        pieces.push(match data {
+            Some(data) => Piece { entry: *entry, data: Cow::Borrowed(data), form: Form::Decoded },
+            None => Piece { entry: *entry, data: Cow::Borrowed(cache.stored(i)), form: Form::Stored },
+        });
+    }
+
+    // What was left out must not have been content: compare before anything is written.
+    let kept: Vec<_> = pieces.iter().map(|p| p.entry).collect();
+    if keys::content_id(&kept) != cache.header().content_id {
+        let dropped: Vec<String> = dropped.iter().map(ToString::to_string).collect();
+        let detail = format!("section {} is part of its content and may not be copied unread", dropped.join(", "));
+        return Err(Fault::unsupported("W0101", detail).of(name));
+    }
+    let header = Header {
+        minor: MINOR,
+        min_minor: MIN_MINOR,
+        header_len: Header::LEN as u16,
+        section_table_off: Header::LEN as u64,
+        features_optional: 0, // none is known, and what an unknown one says may no longer hold
+        ..*cache.header()
+    };
+    let sealed =
+        Sealed::new(header, pieces, options.write.codec).map_err(CacheError::io("compress", Path::new(name)))?;
+    Ok((sealed, dropped))
+}
+
+impl Codec {
+    /// `raw`, `zstd` or `zstd:LEVEL` with a level of 1 to 22.
+    pub fn parse(text: &str) -> Option<Codec> {
+        match text.split_once(':') {
+            None if text == "raw" => Some(Codec::Raw),
+            None if text == "zstd" => Some(Codec::Zstd { level: 3 }),
+            Some(("zstd", level)) => {
+                level.parse().ok().filter(|level| (1..=22).contains(level)).map(|level| Codec::Zstd { level })
+            }
+            _ => None,
+        }
+    }
+}

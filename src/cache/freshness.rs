@@ -1,0 +1,174 @@
+//! Is a cache up to date? Told by content, without parsing the model: META lists the files that the tree was made from, so
+//! hashing those and comparing recipes is enough. Times and paths play no part.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Component, Path, PathBuf};
+
+use super::error::CacheError;
+use super::keys::{InputHash, Recipe};
+use super::meta::{Dependency, Meta};
+use super::reader::{Cache, OpenOptions, Validation};
+
+/// What [`freshness`] found.
+#[derive(Debug)]
+pub enum Freshness {
+    /// The cache is what a build would write, its codec aside.
+    Fresh {
+        /// The cache, opened at [`Validation::Quick`].
+        cache: Box<Cache>,
+        /// The files that it depends on, as reached from the working directory, the model first.
+        inputs: Vec<PathBuf>,
+    },
+    Stale(Staleness),
+}
+
+/// Why a cache must be built (again). The text completes "stale: …".
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Staleness {
+    Missing,
+    /// There is a file, but it is no cache, damaged, or of another version: the reader's words.
+    Unreadable(String),
+    /// The file does not say what it was made from.
+    NoMeta,
+    Method {
+        from: String,
+        to: String,
+    },
+    BuilderRevision {
+        from: u32,
+        to: u32,
+    },
+    /// `None`: the option is not there.
+    Option {
+        name: String,
+        from: Option<String>,
+        to: Option<String>,
+    },
+    InputMissing {
+        name: String,
+    },
+    InputChanged {
+        name: String,
+    },
+    /// Everything that META says agrees, but the key in the header is another.
+    Key,
+}
+
+impl fmt::Display for Staleness {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = |value: &Option<String>| value.clone().unwrap_or("unset".into());
+        match self {
+            Staleness::Missing => write!(f, "missing"),
+            Staleness::Unreadable(why) => write!(f, "{}", why.lines().next().unwrap_or_default()),
+            Staleness::NoMeta => write!(f, "the file does not say what it was built from"),
+            Staleness::Method { from, to } => write!(f, "method {from} → {to}"),
+            Staleness::BuilderRevision { from, to } => write!(f, "builder revision {from} → {to}"),
+            Staleness::Option { name, from, to } => write!(f, "option {name} {} → {}", text(from), text(to)),
+            Staleness::InputMissing { name } => write!(f, "{name} cannot be read"),
+            Staleness::InputChanged { name } => write!(f, "{name} changed"),
+            Staleness::Key => write!(f, "the build key is another"),
+        }
+    }
+}
+
+/// Hold the cache at `path` against what a build of `model` by `recipe` would write.
+///
+/// Reads the cache's header and META, and every byte of the inputs whose length is unchanged; costs what hashing them costs.
+pub fn freshness(path: &Path, model: &Path, recipe: &Recipe) -> Freshness {
+    match compare(path, model, recipe) {
+        Ok((cache, inputs)) => Freshness::Fresh { cache: Box::new(cache), inputs },
+        Err(why) => Freshness::Stale(why),
+    }
+}
+
+fn compare(path: &Path, model: &Path, recipe: &Recipe) -> Result<(Cache, Vec<PathBuf>), Staleness> {
+    let options = OpenOptions { validation: Validation::Quick, ..OpenOptions::default() };
+    let cache = Cache::open_with(path, &options).map_err(|error| match error {
+        CacheError::Io { source, .. } if source.kind() == io::ErrorKind::NotFound => Staleness::Missing,
+        error => Staleness::Unreadable(error.to_string()),
+    })?;
+    let meta = cache.meta().ok_or(Staleness::NoMeta)?;
+    compare_recipe(meta, recipe)?;
+
+    // Hash the inputs in the order of the key.
+    let folder = model.parent().unwrap_or(Path::new(""));
+    let (mut inputs, mut hashes) = (Vec::new(), Vec::new());
+    for dependency in &meta.dependencies {
+        let input =
+            if dependency.role == Dependency::MODEL { model.to_owned() } else { beside(folder, &dependency.name)? };
+        hashes.push(InputHash { role: dependency.role, ..unchanged(dependency, &input)? });
+        inputs.push(input);
+    }
+    if recipe.build_key(hashes) != cache.header().build_key {
+        return Err(Staleness::Key);
+    }
+    Ok((cache, inputs))
+}
+
+fn compare_recipe(meta: &Meta, recipe: &Recipe) -> Result<(), Staleness> {
+    if meta.method != recipe.method {
+        return Err(Staleness::Method { from: meta.method.clone(), to: recipe.method.clone() });
+    }
+    if meta.builder_revision != recipe.builder_revision {
+        return Err(Staleness::BuilderRevision { from: meta.builder_revision, to: recipe.builder_revision });
+    }
+    let value = |options: &[(String, String)], name: &str| {
+        options.iter().find(|(n, _)| n == name).map(|(_, value)| value.clone())
+    };
+    for (name, _) in recipe.options.iter().chain(&meta.options) {
+        let (from, to) = (value(&meta.options, name), value(&recipe.options, name));
+        if from != to {
+            return Err(Staleness::Option { name: name.clone(), from, to });
+        }
+    }
+    Ok(())
+}
+
+/// Where a dependency lies. META is a file's word: a name that leads to the root of the file system is not followed.
+fn beside(folder: &Path, name: &str) -> Result<PathBuf, Staleness> {
+    let relative = Path::new(name);
+    if relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir | Component::ParentDir)) {
+        return Ok(folder.join(relative));
+    }
+    Err(Staleness::InputMissing { name: name.to_owned() })
+}
+
+/// Length and hash of a file, if they are what META says; the file is not read where its length tells already.
+fn unchanged(dependency: &Dependency, path: &Path) -> Result<InputHash, Staleness> {
+    let missing = |_| Staleness::InputMissing { name: dependency.name.clone() };
+    let changed = || Staleness::InputChanged { name: dependency.name.clone() };
+    let metadata = std::fs::metadata(path).map_err(missing)?;
+    if !metadata.is_file() || metadata.len() != dependency.len {
+        return Err(changed());
+    }
+    let (len, blake3) = hash_file(path).map_err(missing)?;
+    if (len, blake3) != (dependency.len, dependency.blake3) {
+        return Err(changed());
+    }
+    Ok(InputHash { role: dependency.role, len, blake3 })
+}
+
+/// Length and BLAKE3 of a file, read in pieces and hashed on all cores. Not mapped: another program may be rewriting it.
+pub fn hash_file(path: &Path) -> io::Result<(u64, [u8; 32])> {
+    let mut file = File::open(path)?;
+    let mut hasher = blake3::Hasher::new();
+    let size = file.metadata()?.len().clamp(1, 4 << 20) as usize;
+    let mut piece = vec![0; size];
+    let mut len = 0;
+    loop {
+        let n = match file.read(&mut piece) {
+            Ok(0) => return Ok((len, *hasher.finalize().as_bytes())),
+            Ok(n) => n,
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
+            Err(e) => return Err(e),
+        };
+        if n < 128 << 10 {
+            hasher.update(&piece[..n])
+        } else {
+            hasher.update_rayon(&piece[..n])
+        };
+        len += n as u64;
+    }
+}

@@ -1,0 +1,235 @@
+//! Writing: an [`Image`] and its [`Meta`] become a file, in memory or on disk.
+//!
+//! The bytes depend on the content and the codec alone. Sections are written from where they lie: only packed ones are held
+//! a second time.
+
+use std::borrow::Cow;
+use std::io::{self, Write};
+use std::path::Path;
+
+use bytemuck::{Zeroable, bytes_of, cast_slice};
+
+use super::error::CacheError;
+use super::header::{Header, MAGIC, MAJOR, MIN_MINOR, MINOR, builder_id};
+use super::section::{KINDS, SectionEntry, SectionKind};
+use super::{Image, Meta, atomic, container, keys, names, pack, tree_flags};
+use crate::tree::max_depth;
+
+/// How sections are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Codec {
+    /// As they are: mappable. What a cache is for.
+    #[default]
+    Raw,
+    /// zstd frames of 1 MiB where that saves at least 5 %: smaller to ship, decoded when opened. Levels 1 to 22; 3 is usual.
+    Zstd { level: i32 },
+}
+
+/// Choices that change the file but not its content.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WriteOptions {
+    pub codec: Codec,
+}
+
+/// What was written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WriteSummary {
+    pub header: Header,
+    pub sections: Vec<SectionEntry>,
+}
+
+/// Write a file and put it in the place of `path` in one step: whatever happens, the old file or the new one is there.
+///
+/// Bytes go to a temporary file beside it, which is synced and renamed. An existing file's permissions are kept; a symbolic
+/// link stays one, and what it points to is replaced. Temporary files that killed writers of the same `path` left are removed.
+pub fn write_file(path: &Path, image: &Image, meta: &Meta, options: &WriteOptions) -> Result<WriteSummary, CacheError> {
+    let sealed = seal(&path.display().to_string(), image, meta, options)?;
+    atomic::replace(path, |file| sealed.write_to(file))?;
+    Ok(sealed.summary())
+}
+
+/// Write a file to any sink, front to back.
+pub fn write_to(
+    sink: impl Write,
+    image: &Image,
+    meta: &Meta,
+    options: &WriteOptions,
+) -> Result<WriteSummary, CacheError> {
+    let name = "the cache";
+    let sealed = seal(name, image, meta, options)?;
+    sealed.write_to(sink).map_err(CacheError::io("write", Path::new(name)))?;
+    Ok(sealed.summary())
+}
+
+/// A file's bytes.
+pub fn to_bytes(image: &Image, meta: &Meta, options: &WriteOptions) -> Result<Vec<u8>, CacheError> {
+    let sealed = seal("the cache", image, meta, options)?;
+    let mut bytes = Vec::with_capacity(usize::try_from(sealed.header.file_len).unwrap_or(0));
+    sealed.write_to(&mut bytes).map_err(CacheError::io("write", Path::new("the cache")))?;
+    Ok(bytes)
+}
+
+fn seal<'a>(name: &str, image: &'a Image, meta: &Meta, options: &WriteOptions) -> Result<Sealed<'a>, CacheError> {
+    let unwritable = |detail| CacheError::Unwritable { name: name.to_owned(), detail };
+    let too_large = |detail| CacheError::Limit {
+        name: name.to_owned(),
+        detail,
+        help: "split the scene into several models, or shorten its names",
+    };
+    let meta_bytes = meta.encode().map_err(too_large)?;
+    let header = describe(image, meta).map_err(unwritable)?;
+
+    // Line up the sections in the registry's order.
+    let names = if image.names.len() == image.geoms.len() { names::encode(&image.names) } else { None };
+    let two_level = header.has(tree_flags::TWO_LEVEL);
+    let mut pieces = Vec::new();
+    for rule in &KINDS {
+        let (count, data): (usize, Cow<[u8]>) = match rule.kind {
+            SectionKind::NODE => (image.nodes.len(), cast_slice(&image.nodes).into()),
+            SectionKind::TRIS => (image.triangles.len(), cast_slice(&image.triangles).into()),
+            SectionKind::GEOM => (image.geoms.len(), cast_slice(&image.geoms).into()),
+            SectionKind::BLAS => (image.blases.len(), cast_slice(&image.blases).into()),
+            SectionKind::TNOD if two_level => (image.tlas_nodes.len(), cast_slice(&image.tlas_nodes).into()),
+            SectionKind::INST if two_level => (image.instances.len(), cast_slice(&image.instances).into()),
+            SectionKind::NAMS => match &names {
+                Some(bytes) => (image.names.len(), bytes.clone().into()),
+                None => continue,
+            },
+            SectionKind::META => (0, meta_bytes.clone().into()),
+            _ => continue,
+        };
+        let entry = SectionEntry {
+            kind: rule.kind,
+            flags: rule.flags,
+            schema: rule.schema,
+            elem_size: rule.elem_size,
+            elem_count: count as u64,
+            ..SectionEntry::zeroed()
+        };
+        pieces.push(Piece { entry, data, form: Form::Decoded });
+    }
+    Sealed::new(header, pieces, options.codec).map_err(CacheError::io("compress", Path::new(name)))
+}
+
+/// The header's facts; identities and layout follow in [`Sealed::new`].
+fn describe(image: &Image, meta: &Meta) -> Result<Header, String> {
+    container::check_tree_flags(image.flags).map_err(|fault| fault.detail)?;
+    let live = |count: u64| count.saturating_sub(1);
+    let two_level = image.flags & tree_flags::TWO_LEVEL != 0;
+    if !two_level && (image.blases.len() > 1 || !image.instances.is_empty() || !image.tlas_nodes.is_empty()) {
+        return Err("an image without TWO_LEVEL has several trees or instances".into());
+    }
+    let count =
+        |what: &str, len: usize| u32::try_from(len).map_err(|_| format!("it has {len} {what}, more than 32 bits hold"));
+    let root = if two_level { image.tlas_nodes.first() } else { image.nodes.first() };
+    Ok(Header {
+        magic: MAGIC,
+        major: MAJOR,
+        minor: MINOR,
+        min_minor: MIN_MINOR,
+        header_len: Header::LEN as u16,
+        section_entry_len: SectionEntry::LEN as u32,
+        section_table_off: Header::LEN as u64,
+        tree_flags: image.flags,
+        builder_id: builder_id(&meta.method),
+        build_key: meta.build_key(),
+        prim_count: image.blases.iter().map(|b| u64::from(b.prim_count)).sum(),
+        ref_count: image.triangles.len() as u64,
+        node_count: image.blases.iter().map(|b| live(b.node_count.into())).sum::<u64>()
+            + live(image.tlas_nodes.len() as u64),
+        blas_count: count("trees", image.blases.len())?,
+        instance_count: count("instances", image.instances.len())?,
+        max_depth: image.blases.iter().map(|b| b.max_depth).max().unwrap_or(0).max(max_depth(&image.tlas_nodes)),
+        scene_min: root.map_or([0.0; 3], |n| n.min),
+        scene_max: root.map_or([0.0; 3], |n| n.max),
+        ..Header::zeroed()
+    })
+}
+
+/// A section on its way into a file.
+pub(super) struct Piece<'a> {
+    /// Kind, ordinal, flags, schema and records; for [`Form::Stored`] also codec, `raw_len` and hashes.
+    pub entry: SectionEntry,
+    pub data: Cow<'a, [u8]>,
+    pub form: Form,
+}
+
+/// What a piece's bytes are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// Decoded: to be packed or not, as the codec says.
+    Decoded,
+    /// As stored, in a codec that is to be kept.
+    Stored,
+}
+
+/// A file that is ready to be written: every byte is decided.
+pub(super) struct Sealed<'a> {
+    pub header: Header,
+    pub entries: Vec<SectionEntry>,
+    stored: Vec<Cow<'a, [u8]>>,
+}
+
+impl<'a> Sealed<'a> {
+    /// Pack, hash, lay out and sign.
+    pub fn new(mut header: Header, pieces: Vec<Piece<'a>>, codec: Codec) -> io::Result<Sealed<'a>> {
+        let (mut entries, mut stored) = (Vec::with_capacity(pieces.len()), Vec::with_capacity(pieces.len()));
+        let mut end = (Header::LEN + pieces.len() * SectionEntry::LEN) as u64;
+        for piece in pieces {
+            let Piece { mut entry, mut data, form } = piece;
+            if form == Form::Decoded {
+                entry.codec = SectionEntry::RAW;
+                entry.raw_len = data.len() as u64;
+                entry.raw_hash = hash(&data);
+                entry.stored_hash = entry.raw_hash;
+                if let Codec::Zstd { level } = codec
+                    && let Some(packed) = pack::pack(&data, level)?
+                {
+                    entry.codec = SectionEntry::ZSTD;
+                    entry.stored_hash = hash(&packed);
+                    data = packed.into();
+                }
+            }
+            entry.stored_len = data.len() as u64;
+            let page = entry.stored_len >= SectionEntry::PAGE_ALIGN_FROM;
+            entry.align_log2 = if page { SectionEntry::PAGE_ALIGN_LOG2 } else { SectionEntry::MIN_ALIGN_LOG2 };
+            entry.offset = end.next_multiple_of(1 << entry.align_log2);
+            end = entry.offset + entry.stored_len;
+            entries.push(entry);
+            stored.push(data);
+        }
+        header.file_len = end.next_multiple_of(64);
+        header.section_count = entries.len() as u32;
+        header.content_id = keys::content_id(&entries);
+        header.file_id = keys::file_id(&header, &[], cast_slice(&entries));
+        Ok(Sealed { header, entries, stored })
+    }
+
+    pub fn write_to(&self, mut sink: impl Write) -> io::Result<()> {
+        const ZEROS: [u8; 4096] = [0; 4096];
+        sink.write_all(bytes_of(&self.header))?;
+        sink.write_all(cast_slice(&self.entries))?;
+        let mut at = (Header::LEN + self.entries.len() * SectionEntry::LEN) as u64;
+        for (entry, data) in self.entries.iter().zip(&self.stored) {
+            sink.write_all(&ZEROS[..(entry.offset - at) as usize])?; // shorter than a page, as laid out above
+            sink.write_all(data)?;
+            at = entry.offset + entry.stored_len;
+        }
+        sink.write_all(&ZEROS[..(self.header.file_len - at) as usize])
+    }
+
+    pub fn summary(&self) -> WriteSummary {
+        WriteSummary { header: self.header, sections: self.entries.clone() }
+    }
+}
+
+/// BLAKE3 of a section, on all cores where it is large enough to pay.
+pub(super) fn hash(bytes: &[u8]) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    if bytes.len() < 128 << 10 {
+        hasher.update(bytes)
+    } else {
+        hasher.update_rayon(bytes)
+    };
+    *hasher.finalize().as_bytes()
+}

@@ -1,0 +1,86 @@
+//! Writers killed at random moments.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use bvhc::cache::{Cache, Image, OpenOptions, WriteOptions, write_file};
+
+use crate::images::{meta, one_triangle};
+
+const TARGET: &str = "BVHC_TEST_KILL_TARGET";
+
+/// Two contents of 5 MB that cannot be taken for each other.
+fn contents() -> [Image; 2] {
+    [1, 2].map(|marker| {
+        let mut image = one_triangle();
+        image.triangles.resize(100_000, image.triangles[0]);
+        image.triangles.iter_mut().for_each(|t| t.prim = marker);
+        image
+    })
+}
+
+/// Not a test of its own: the process that the tests below kill. Writes the two contents in turn until it is ended.
+#[test]
+#[ignore = "run by the kill tests"]
+fn writer() {
+    let Some(path) = std::env::var_os(TARGET) else { return };
+    let contents = contents();
+    println!("\nready");
+    loop {
+        for image in &contents {
+            write_file(Path::new(&path), image, &meta(), &WriteOptions::default()).unwrap();
+        }
+    }
+}
+
+fn kill_writers(times: u64) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.bvhc");
+    let contents = contents();
+    let ids = contents.each_ref().map(|image| {
+        let summary = write_file(&path, image, &meta(), &WriteOptions::default()).unwrap();
+        summary.header.content_id
+    });
+
+    let (mut seen, mut strays) = ([0; 2], 0);
+    for i in 0..times {
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["kill::writer", "--exact", "--ignored", "--nocapture"])
+            .env(TARGET, &path)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        assert!(lines.any(|line| line.unwrap() == "ready"));
+        // Spread over a few writes, by a fixed sequence that hits every phase.
+        std::thread::sleep(Duration::from_micros(i * 7919 % 20_011));
+        child.kill().unwrap(); // SIGKILL on Unix
+        child.wait().unwrap();
+
+        // The old or the new file, whole; and at most the one stray that the next writer removes.
+        let cache = Cache::open_with(&path, &OpenOptions::default()).unwrap();
+        let which = ids.iter().position(|id| *id == cache.header().content_id).expect("one of the two contents");
+        seen[which] += 1;
+        let files = std::fs::read_dir(folder.path()).unwrap().count();
+        assert!(files <= 2, "{files} files after {i} kills");
+        strays += files - 1;
+    }
+    write_file(&path, &contents[0], &meta(), &WriteOptions::default()).unwrap();
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "the next writer cleans up");
+    println!("{times} kills: {seen:?} of the two contents, {strays} killed in the middle of a write");
+    assert!(strays > 0, "no kill hit a write: the test shows nothing");
+}
+
+#[test]
+fn a_killed_writer_leaves_the_old_or_the_new_file() {
+    kill_writers(25);
+}
+
+#[test]
+#[ignore = "long: 200 processes"]
+fn long_200_killed_writers_leave_the_old_or_the_new_file() {
+    kill_writers(200);
+}

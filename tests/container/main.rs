@@ -1,0 +1,8 @@
+//! The container: round trips, fixed bytes, damage, atomic writing, freshness.
+
+mod golden;
+mod images;
+mod kill;
+mod refuse;
+mod round_trip;
+mod stale;

@@ -1,0 +1,218 @@
+//! What a reader must refuse, and what it must let pass.
+
+use bvhc::cache::{
+    Cache, CacheError, Codec, ConvertOptions, ErrorKind, Header, OpenOptions, SectionEntry, SectionKind, Validation,
+    WriteOptions, convert, keys, to_bytes,
+};
+
+use crate::images::{meta, one_triangle, two_instances};
+
+fn quick() -> OpenOptions {
+    OpenOptions { validation: Validation::Quick, ..OpenOptions::default() }
+}
+
+fn file() -> Vec<u8> {
+    to_bytes(&one_triangle(), &meta(), &WriteOptions::default()).unwrap()
+}
+
+/// Sign header and table anew, so that only the mutation can be found.
+fn sign(file: &mut [u8]) {
+    let header: Header = bytemuck::pod_read_unaligned(&file[..256]);
+    let table = 256..256 + 128 * header.section_count as usize;
+    let entries: Vec<SectionEntry> = file[table.clone()].chunks(128).map(bytemuck::pod_read_unaligned).collect();
+    let content_id = keys::content_id(&entries);
+    let header = Header { content_id, ..header };
+    let file_id = keys::file_id(&header, &[], &file[table]);
+    file[..256].copy_from_slice(bytemuck::bytes_of(&Header { file_id, ..header }));
+}
+
+fn with_header(change: impl FnOnce(&mut Header)) -> Vec<u8> {
+    let mut file = file();
+    let mut header: Header = bytemuck::pod_read_unaligned(&file[..256]);
+    change(&mut header);
+    file[..256].copy_from_slice(bytemuck::bytes_of(&header));
+    sign(&mut file);
+    file
+}
+
+fn with_entry(index: usize, change: impl FnOnce(&mut SectionEntry)) -> Vec<u8> {
+    let mut file = file();
+    let at = 256 + 128 * index;
+    let mut entry: SectionEntry = bytemuck::pod_read_unaligned(&file[at..at + 128]);
+    change(&mut entry);
+    file[at..at + 128].copy_from_slice(bytemuck::bytes_of(&entry));
+    sign(&mut file);
+    file
+}
+
+fn refused(file: &[u8]) -> CacheError {
+    Cache::from_bytes(file, &quick()).expect_err("it must be refused")
+}
+
+fn rule(file: &[u8]) -> &'static str {
+    refused(file).rule().expect("a broken rule")
+}
+
+#[test]
+fn header_rules() {
+    assert_eq!(rule(&with_header(|h| h.magic[0] = 0)), "E0102");
+    assert_eq!(rule(b""), "E0102");
+    assert_eq!(rule(&file()[..200]), "E0101");
+    assert_eq!(rule(&with_header(|h| h.header_len = 128)), "E0105");
+    assert_eq!(rule(&with_header(|h| h.file_len += 64)), "E0106");
+    assert_eq!(rule(&with_header(|h| h.reserved[31] = 1)), "E0111");
+    assert_eq!(rule(&with_header(|h| h.tree_flags = 7)), "E0126");
+    assert_eq!(rule(&with_header(|h| h.tree_flags |= 8)), "E0126");
+    assert_eq!(rule(&with_header(|h| h.section_entry_len = 64)), "E0109");
+    assert_eq!(rule(&with_header(|h| h.section_table_off = 512)), "E0110");
+    assert_eq!(rule(&with_header(|h| h.tree_flags |= 16)), "E0125");
+    let mut file = file();
+    file[40..44].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert_eq!(rule(&file), "E0108");
+}
+
+#[test]
+fn what_a_later_version_needs_is_named() {
+    let check = |file: &[u8], id: &str, word: &str| {
+        let error = refused(file);
+        assert_eq!((error.kind(), error.rule()), (ErrorKind::Unsupported, Some(id)), "{error}");
+        assert!(error.to_string().contains(word), "{error} must say {word}");
+        assert!(error.to_string().contains("bvhc build"), "{error} must say what to do");
+    };
+    check(&with_header(|h| h.major = 2), "E0103", "version 2.0");
+    check(&with_header(|h| (h.minor, h.min_minor) = (3, 3)), "E0104", "1.3");
+    check(&with_header(|h| h.features_required = 1 << 37), "E0107", "feature 37");
+    check(&with_entry(0, |e| e.kind = SectionKind(*b"QNOD")), "E0113", "QNOD");
+    check(&with_entry(0, |e| e.schema = 9), "E0114", "schema 9");
+    check(&with_entry(1, |e| e.codec = 7), "E0115", "codec 7");
+}
+
+#[test]
+fn what_a_later_version_adds_is_skipped() {
+    assert!(Cache::from_bytes(&with_header(|h| (h.minor, h.features_optional) = (9, 1 << 60)), &quick()).is_ok());
+    for file in [
+        with_entry(4, |e| e.kind = SectionKind(*b"XTRA")),
+        with_entry(4, |e| e.schema = 2),
+        with_entry(4, |e| e.ordinal = 1),
+    ] {
+        let cache = Cache::from_bytes(&file, &OpenOptions::default()).unwrap();
+        assert!(cache.names().is_empty() && cache.meta().is_some());
+    }
+    let cache = Cache::from_bytes(&with_entry(5, |e| e.codec = 200), &OpenOptions::default()).unwrap();
+    assert!(cache.meta().is_none() && cache.section_bytes(5).is_none());
+
+    // A longer header, as a later minor may write it.
+    let mut longer = file();
+    longer.splice(256..256, [7; 64]);
+    let mut header: Header = bytemuck::pod_read_unaligned(&longer[..256]);
+    (header.header_len, header.section_table_off, header.file_len) = (320, 320, longer.len() as u64);
+    let table = 320..320 + 128 * header.section_count as usize;
+    for i in 0..header.section_count as usize {
+        let at = 320 + 128 * i;
+        let mut entry: SectionEntry = bytemuck::pod_read_unaligned(&longer[at..at + 128]);
+        entry.offset += 64;
+        longer[at..at + 128].copy_from_slice(bytemuck::bytes_of(&entry));
+    }
+    header.file_id = keys::file_id(&header, &[7; 64], &longer[table]);
+    longer[..256].copy_from_slice(bytemuck::bytes_of(&header));
+    assert_eq!(Cache::from_bytes(&longer, &OpenOptions::default()).unwrap().triangles().len(), 1);
+    longer[300] ^= 1;
+    assert_eq!(rule(&longer), "E0203");
+}
+
+#[test]
+fn section_rules() {
+    assert_eq!(rule(&with_entry(0, |e| e.reserved[0] = 1)), "E0112");
+    assert_eq!(rule(&with_entry(0, |e| e.align_log2 = 5)), "E0116");
+    assert_eq!(rule(&with_entry(1, |e| e.offset += 1)), "E0116");
+    assert_eq!(rule(&with_entry(5, |e| e.stored_len = u64::MAX)), "E0117");
+    assert_eq!(rule(&with_entry(1, |e| e.offset -= 64)), "E0118");
+    assert_eq!(rule(&with_entry(5, |e| e.stored_len = 1)), "E0120");
+    assert_eq!(rule(&with_entry(5, |e| (e.kind, e.flags) = (SectionKind::NAMS, 2))), "E0121");
+    assert_eq!(rule(&with_entry(1, |e| e.elem_size = 16)), "E0123");
+    assert_eq!(rule(&with_entry(1, |e| (e.elem_size, e.elem_count) = (16, 3))), "E0122");
+    assert_eq!(rule(&with_entry(1, |e| e.elem_count = u64::MAX)), "E0123");
+    assert_eq!(rule(&with_entry(1, |e| e.stored_hash[0] ^= 1)), "E0123");
+    assert_eq!(rule(&with_entry(1, |e| e.flags = 7)), "E0124");
+    assert_eq!(rule(&with_entry(1, |e| e.flags |= 8)), "E0124");
+    assert_eq!(rule(&with_entry(0, |e| (e.kind, e.flags) = (SectionKind(*b"XTRA"), 0))), "E0125");
+    let mut padded = file();
+    let last = padded.len() - 1;
+    padded[last] = 1;
+    assert_eq!(rule(&padded), "E0119");
+}
+
+#[test]
+fn every_flipped_bit_is_found() {
+    for image in [one_triangle(), two_instances()] {
+        for codec in [Codec::Raw, Codec::Zstd { level: 3 }] {
+            let file = to_bytes(&image, &meta(), &WriteOptions { codec }).unwrap();
+            for bit in 0..file.len() * 8 {
+                let mut damaged = file.clone();
+                damaged[bit / 8] ^= 1 << (bit % 8);
+                assert!(Cache::from_bytes(&damaged, &OpenOptions::default()).is_err(), "bit {bit}");
+                _ = Cache::from_bytes(&damaged, &quick());
+            }
+            for len in 0..file.len() {
+                assert!(Cache::from_bytes(&file[..len], &quick()).is_err(), "length {len}");
+            }
+            assert!(Cache::from_bytes(&[&file[..], &[0; 64]].concat(), &quick()).is_err());
+        }
+    }
+}
+
+#[test]
+fn memory_is_claimed_only_within_the_limit() {
+    let mut image = one_triangle();
+    image.triangles.resize(100_000, image.triangles[0]);
+    let file = to_bytes(&image, &meta(), &WriteOptions { codec: Codec::Zstd { level: 3 } }).unwrap();
+    let small = OpenOptions { max_memory: 1 << 20, ..quick() };
+    assert_eq!(Cache::from_bytes(&file, &small).unwrap_err().kind(), ErrorKind::Limit);
+
+    // An entry that claims 2⁶⁰ bytes is refused by the default limit, before anything is allocated.
+    let mut bomb = file;
+    let at = 256 + 128;
+    let mut entry: SectionEntry = bytemuck::pod_read_unaligned(&bomb[at..at + 128]);
+    (entry.raw_len, entry.elem_count) = (48 << 54, 1 << 54);
+    bomb[at..at + 128].copy_from_slice(bytemuck::bytes_of(&entry));
+    sign(&mut bomb);
+    assert_eq!(refused(&bomb).kind(), ErrorKind::Limit);
+    // One that claims 4 GB is within it, and fails at its frame table.
+    (entry.raw_len, entry.elem_count) = (48 * 80_000_000, 80_000_000);
+    bomb[at..at + 128].copy_from_slice(bytemuck::bytes_of(&entry));
+    sign(&mut bomb);
+    assert_eq!(rule(&bomb), "E0205");
+}
+
+#[test]
+fn paths_that_are_no_files_are_errors_of_input_and_output() {
+    let folder = tempfile::tempdir().unwrap();
+    for path in [folder.path().to_owned(), folder.path().join("none"), "/dev/null".into()] {
+        assert_eq!(Cache::open(&path).unwrap_err().kind(), ErrorKind::Io, "{}", path.display());
+    }
+    let empty = folder.path().join("empty");
+    std::fs::write(&empty, "").unwrap();
+    assert_eq!(Cache::open(&empty).unwrap_err().kind(), ErrorKind::Invalid);
+}
+
+#[test]
+fn convert_keeps_what_may_be_copied_and_refuses_to_lose_content() {
+    let folder = tempfile::tempdir().unwrap();
+    let [from, to] = ["from", "to"].map(|n| folder.path().join(n));
+    let convert = |file: Vec<u8>| {
+        std::fs::write(&from, file).unwrap();
+        convert(&from, &to, &OpenOptions::default(), &ConvertOptions::default())
+    };
+    let kinds = || Cache::open(&to).unwrap().sections().iter().map(|s| s.kind).collect::<Vec<_>>();
+    let extra = SectionKind(*b"XTRA");
+
+    assert_eq!(convert(with_entry(4, |e| e.kind = extra)).unwrap().dropped, []);
+    assert!(kinds().contains(&extra));
+    assert_eq!(convert(with_entry(4, |e| (e.kind, e.codec) = (extra, 9))).unwrap().dropped, []);
+    assert!(kinds().contains(&extra));
+    assert_eq!(convert(with_entry(4, |e| (e.kind, e.flags) = (extra, 0))).unwrap().dropped, [extra]);
+    assert!(!kinds().contains(&extra));
+    let error = convert(with_entry(4, |e| (e.kind, e.flags) = (extra, 4))).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Unsupported);
+    assert!(error.to_string().contains("XTRA"));
+}

@@ -1,0 +1,130 @@
+use bvhc::cache::{
+    Cache, Codec, ConvertOptions, Image, Meta, OpenOptions, Validation, WriteOptions, convert, to_bytes, write_file,
+};
+use proptest::prelude::*;
+
+use crate::images::{any_image, empty, meta, one_triangle, two_instances};
+
+const ZSTD: WriteOptions = WriteOptions { codec: Codec::Zstd { level: 3 } };
+
+fn hash_level() -> OpenOptions {
+    OpenOptions { validation: Validation::Hash, ..OpenOptions::default() }
+}
+
+/// What a reader hands out, as an image again.
+fn content(cache: &Cache) -> Image {
+    let view = cache.view();
+    let names = cache.names();
+    Image {
+        nodes: view.nodes.to_vec(),
+        triangles: view.triangles.to_vec(),
+        geoms: view.geoms.to_vec(),
+        blases: view.blases.to_vec(),
+        tlas_nodes: view.tlas_nodes.to_vec(),
+        instances: view.instances.to_vec(),
+        names: (0..names.len()).map(|i| names.get(i).unwrap().to_owned()).collect(),
+        flags: cache.header().tree_flags,
+    }
+}
+
+fn normal(image: &Image) -> Image {
+    let unnamed = image.names.iter().all(String::is_empty);
+    Image { names: if unnamed { Vec::new() } else { image.names.clone() }, ..image.clone() }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn what_is_written_is_read(image in any_image(), zstd in any::<bool>()) {
+        let options = if zstd { ZSTD } else { WriteOptions::default() };
+        let bytes = to_bytes(&image, &meta(), &options).unwrap();
+        let cache = Cache::from_bytes(&bytes, &hash_level()).unwrap();
+        prop_assert_eq!(content(&cache), normal(&image));
+        prop_assert_eq!(cache.meta(), Some(&meta()));
+        prop_assert_eq!(cache.header().build_key, meta().build_key());
+        prop_assert_eq!(bytes.len() as u64, cache.header().file_len);
+        prop_assert_eq!(to_bytes(&image, &meta(), &options).unwrap(), bytes);
+    }
+}
+
+#[test]
+fn an_empty_scene_is_a_file_and_opens_at_every_level() {
+    let bytes = to_bytes(&empty(), &Meta::default(), &WriteOptions::default()).unwrap();
+    for validation in [Validation::Quick, Validation::Hash, Validation::Tree] {
+        let cache = Cache::from_bytes(&bytes, &OpenOptions { validation, ..OpenOptions::default() }).unwrap();
+        assert_eq!((cache.nodes().len(), cache.header().blas_count, cache.sections().len()), (0, 0, 5));
+    }
+}
+
+#[test]
+fn facts_of_the_header_repeat_the_sections() {
+    let bytes = to_bytes(&two_instances(), &meta(), &WriteOptions::default()).unwrap();
+    let cache = Cache::from_bytes(&bytes, &hash_level()).unwrap();
+    let header = cache.header();
+    assert_eq!((header.prim_count, header.ref_count, header.node_count), (1, 1, 2));
+    assert_eq!((header.blas_count, header.instance_count, header.max_depth), (1, 2, 0));
+    assert_eq!(header.scene_bounds(), cache.tlas_nodes()[0].bounds());
+    assert_eq!(header.builder_name(), Some("sbvh"));
+    assert_eq!(cache.names().get(0), Some("triangle"));
+}
+
+#[test]
+fn raw_to_zstd_to_raw_keeps_the_content_and_gives_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let [raw, packed, again] = ["raw", "packed", "again"].map(|n| folder.path().join(n));
+    let mut image = one_triangle();
+    image.triangles.resize(100_000, image.triangles[0]);
+    write_file(&raw, &image, &meta(), &WriteOptions::default()).unwrap();
+    let to_zstd = ConvertOptions { write: ZSTD, ..ConvertOptions::default() };
+    convert(&raw, &packed, &hash_level(), &to_zstd).unwrap();
+    let summary = convert(&packed, &again, &hash_level(), &ConvertOptions::default()).unwrap();
+    assert_eq!(std::fs::read(&raw).unwrap(), std::fs::read(&again).unwrap());
+    assert!(std::fs::metadata(&packed).unwrap().len() * 10 < std::fs::metadata(&raw).unwrap().len());
+    let packed = Cache::open(&packed).unwrap();
+    assert_eq!(packed.header().content_id, summary.written.header.content_id);
+    assert_eq!(content(&packed), image);
+
+    // In place, and without mapping.
+    convert(&raw, &raw, &OpenOptions { mmap: false, ..hash_level() }, &to_zstd).unwrap();
+    assert_eq!(content(&Cache::open(&raw).unwrap()), image);
+}
+
+#[test]
+fn bytes_do_not_depend_on_threads() {
+    let mut image = one_triangle();
+    image.triangles.resize(200_000, image.triangles[0]);
+    image.triangles.iter_mut().enumerate().for_each(|(i, t)| t.prim = i as u32);
+    for options in [WriteOptions::default(), ZSTD] {
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| to_bytes(&image, &meta(), &options).unwrap())
+        };
+        assert!(with(1) == with(7), "{options:?}");
+    }
+}
+
+#[test]
+#[ignore = "long: writes 400 MB and measures opening"]
+fn long_quick_opening_of_400_mb_takes_under_5_ms() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("large.bvhc");
+    let mut image = one_triangle();
+    image.triangles.resize(5_000_000, image.triangles[0]);
+    image.nodes.resize(5_000_000, image.nodes[0]);
+    let size = write_file(&path, &image, &meta(), &WriteOptions::default()).unwrap().header.file_len;
+    assert!(size >= 400_000_000);
+    let quick = OpenOptions { validation: Validation::Quick, ..OpenOptions::default() };
+    let mut times: Vec<_> = (0..20)
+        .map(|_| {
+            let start = std::time::Instant::now();
+            assert_eq!(Cache::open_with(&path, &quick).unwrap().triangles().len(), 5_000_000);
+            start.elapsed()
+        })
+        .collect();
+    times.sort();
+    let start = std::time::Instant::now();
+    Cache::open(&path).unwrap();
+    println!("{size} bytes: quick {:?} (median of 20), hash {:?}", times[10], start.elapsed());
+    assert!(times[10].as_millis() < 5, "{times:?}");
+}
