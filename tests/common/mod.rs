@@ -1,0 +1,16 @@
+//! What the integration tests share.
+#![allow(dead_code)]
+
+use std::path::PathBuf;
+
+/// The folder of real scenes: `BVHC_MODELS`, else `../shared/models` beside the repository. `None`, with a line that says so,
+/// where it is absent: such tests pass without it.
+pub fn models_dir() -> Option<PathBuf> {
+    let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/models"));
+    let dir = std::env::var_os("BVHC_MODELS").map_or_else(beside, PathBuf::from);
+    if dir.is_dir() {
+        return Some(dir);
+    }
+    println!("skipped: no folder of models (set BVHC_MODELS)");
+    None
+}
