@@ -1,0 +1,105 @@
+//! The bytes of each section: hashed as stored, decoded, hashed again.
+
+use std::borrow::Cow;
+
+use rayon::prelude::*;
+
+use super::Limits;
+use super::container::{Layout, hex};
+use super::report::{Place, Report};
+use crate::cache::aligned::AlignedBytes;
+use crate::cache::writer::hash;
+use crate::cache::{SectionEntry, pack, rules};
+
+/// A section's decoded bytes, aligned for its records.
+pub enum Decoded<'a> {
+    InFile(&'a [u8]),
+    Owned(AlignedBytes),
+}
+
+impl Decoded<'_> {
+    pub fn as_slice(&self) -> &[u8] {
+        match self {
+            Decoded::InFile(bytes) => bytes,
+            Decoded::Owned(bytes) => bytes.as_slice(),
+        }
+    }
+}
+
+/// Check every section's hashes and decode what is compressed. `None` for a section whose content is not to be had.
+pub fn check<'a>(layout: &Layout<'a>, limits: &Limits, out: &mut Report) -> Vec<Option<Decoded<'a>>> {
+    // Hold what decoding would take against the limit before anything is allocated.
+    let sections = || layout.entries.iter().zip(&layout.stored);
+    let packed = sections().filter(|(e, stored)| stored.is_some() && e.codec == SectionEntry::ZSTD);
+    let total: u128 = packed.map(|(e, _)| u128::from(e.raw_len)).sum();
+    let fits = total <= u128::from(limits.max_memory);
+    if !fits {
+        out.add(&rules::E0127, Place::file(), || (limits.max_memory.to_string(), total.to_string()));
+        out.skip("The compressed sections: they are larger than the memory limit.");
+    }
+    let parts: Vec<(Report, Option<Decoded<'a>>)> = layout
+        .entries
+        .par_iter()
+        .zip(&layout.stored)
+        .map(|(entry, stored)| {
+            let mut part = Report::new(limits.max_issues);
+            let decoded = stored.and_then(|stored| check_section(entry, stored, fits, &mut part));
+            (part, decoded)
+        })
+        .collect();
+    parts
+        .into_iter()
+        .map(|(part, decoded)| {
+            out.append(part);
+            decoded
+        })
+        .collect()
+}
+
+fn check_section<'a>(entry: &SectionEntry, stored: &'a [u8], fits: bool, out: &mut Report) -> Option<Decoded<'a>> {
+    let at = Place { offset: Some(entry.offset), ..Place::section(entry.kind) };
+    let found = hash(stored);
+    if found != entry.stored_hash {
+        out.add(&rules::E0201, at, || (hex(&entry.stored_hash), hex(&found)));
+        out.skip(format!("Section {}: it is damaged.", entry.kind));
+        return None;
+    }
+    match entry.codec {
+        SectionEntry::RAW => Some(Decoded::InFile(stored)),
+        SectionEntry::ZSTD if fits => {
+            let decoded = match decode(entry, stored) {
+                Ok(decoded) => decoded,
+                Err(detail) => {
+                    out.add(&rules::E0205, at, || ("it must decode as its entry says".into(), detail.into_owned()));
+                    out.skip(format!("Section {}: it cannot be decoded.", entry.kind));
+                    return None;
+                }
+            };
+            let found = hash(decoded.as_slice());
+            if found != entry.raw_hash {
+                out.add(&rules::E0202, at, || (hex(&entry.raw_hash), hex(&found)));
+                out.skip(format!("Section {}: it decodes to something else.", entry.kind));
+                return None;
+            }
+            Some(Decoded::Owned(decoded))
+        }
+        _ => None,
+    }
+}
+
+fn decode(entry: &SectionEntry, stored: &[u8]) -> Result<AlignedBytes, Cow<'static, str>> {
+    // A frame takes four bytes of table at least: a length that the stored bytes cannot bear out sizes nothing.
+    let frames = entry.raw_len.div_ceil(pack::BLOCK_LEN as u64);
+    if frames > stored.len() as u64 / 4 {
+        return Err(format!(
+            "{} stored bytes cannot hold the {frames} frames of {} bytes",
+            stored.len(),
+            entry.raw_len
+        )
+        .into());
+    }
+    let len = usize::try_from(entry.raw_len).map_err(|_| "it is too large for this machine")?;
+    let mut bytes = AlignedBytes::zeroed(len).map_err(|_| "there is not enough memory")?;
+    pack::unpack(stored, bytes.as_mut_slice()).map_err(|fault| fault.detail)?;
+    Ok(bytes)
+}

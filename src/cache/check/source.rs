@@ -1,0 +1,193 @@
+//! Agreement with the model that a file was built from.
+
+use rayon::prelude::*;
+
+use super::container::hex;
+use super::identity::Bits;
+use super::report::{Place, Report};
+use crate::cache::meta::Meta;
+use crate::cache::{GeomRecord, NO_NODE, SectionKind, View, clip_name, rules};
+use crate::geom::Point;
+use crate::scene::{InputFile, Instance, Mesh};
+
+/// The geometry that a file should hold: the model read again and laid out as it is built (`build::lay_out`).
+#[derive(Clone, Copy, Debug)]
+pub struct Source<'a> {
+    /// One for each BLAS, in their order.
+    pub meshes: &'a [Mesh],
+    /// For a two-level file.
+    pub instances: Option<&'a [Instance]>,
+    /// Files that the model was read from.
+    pub inputs: &'a [InputFile],
+}
+
+/// Every triangle of the source is in the file with its very corners, and no other is.
+pub fn check(view: &View<'_>, meta: Option<&Meta>, source: &Source<'_>, max_issues: usize, out: &mut Report) {
+    match meta {
+        Some(meta) => check_inputs(meta, source.inputs, out),
+        None => out.skip("Whether the input files are those that the file was built from: there is no META."),
+    }
+    let (trees, meshes) = (view.blases.len(), source.meshes.len());
+    if trees != meshes {
+        let at = Place::section(SectionKind::BLAS);
+        out.add(&rules::E0604, at, || {
+            (format!("the source has {meshes} meshes"), format!("the file has {trees} trees"))
+        });
+        out.skip("The triangles against the source: meshes and trees cannot be paired.");
+    } else {
+        let parts: Vec<Report> = source
+            .meshes
+            .par_iter()
+            .enumerate()
+            .map(|(tree, mesh)| {
+                let mut part = Report::new(max_issues);
+                check_mesh(view, tree, mesh, &mut part);
+                part
+            })
+            .collect();
+        parts.into_iter().for_each(|part| out.append(part));
+    }
+    check_instances(view, source.instances, out);
+}
+
+fn check_inputs(meta: &Meta, inputs: &[InputFile], out: &mut Report) {
+    let at = Place::section(SectionKind::META);
+    if meta.dependencies.len() != inputs.len() {
+        let expected = format!("the source was read from {} files", inputs.len());
+        let actual = format!("META lists {}", meta.dependencies.len());
+        out.add(&rules::E0606, at, || (expected, actual));
+    }
+    for (i, (stated, found)) in meta.dependencies.iter().zip(inputs).enumerate() {
+        if (stated.len, stated.blake3) != (found.len, found.blake3) {
+            out.add(&rules::E0606, at, || {
+                let expected = format!("input {i} has {} bytes and hash {}", found.len, hex(&found.blake3));
+                (expected, format!("META states {} bytes and hash {}", stated.len, hex(&stated.blake3)))
+            });
+        }
+    }
+}
+
+fn check_mesh(view: &View<'_>, tree: usize, mesh: &Mesh, out: &mut Report) {
+    // Pair the rows of GEOM with the parts.
+    let low = view.geoms.partition_point(|g| (g.blas as usize) < tree);
+    let high = view.geoms.partition_point(|g| (g.blas as usize) <= tree);
+    let rows = view.geoms.get(low..high).unwrap_or_default();
+    if rows.len() != mesh.parts.len() {
+        let at = Place::record(SectionKind::BLAS, tree as u64);
+        out.add(&rules::E0604, at, || {
+            (format!("the mesh has {} parts", mesh.parts.len()), format!("tree {tree} has {}", rows.len()))
+        });
+        out.skip(format!("The triangles of tree {tree} against the source: its parts cannot be paired."));
+        return;
+    }
+    for (k, (row, part)) in rows.iter().zip(&mesh.parts).enumerate() {
+        let name = clip_name(&part.name);
+        let expected = GeomRecord {
+            source_mesh: part.source_mesh,
+            source_part: part.source_part,
+            baked_node: part.baked_node.unwrap_or(NO_NODE),
+            blas: tree as u32,
+            first_prim: part.first_prim,
+            prim_count: part.prim_count,
+            kept_count: part.triangle_count,
+            reserved: row.reserved,
+            name_hash: if name.is_empty() { [0; 32] } else { *blake3::hash(name.as_bytes()).as_bytes() },
+        };
+        if *row != expected {
+            let place = Place::record(SectionKind::GEOM, (low + k) as u64);
+            out.add(&rules::E0604, place, || {
+                (format!("the source has {}", fields(&expected)), format!("GEOM has {}", fields(row)))
+            });
+        }
+    }
+
+    // Find each of the tree's triangles in the mesh.
+    let Some(records) = view.blas(tree) else { return };
+    let start = view.blases[tree].ref_offset;
+    let Some(mut seen) = Bits::new(mesh.triangles.len() as u64) else {
+        out.skip(format!("The triangles of tree {tree} against the source: there is not enough memory."));
+        return;
+    };
+    for (slot, triangle) in records.triangles.iter().enumerate() {
+        let index = start + slot as u64;
+        let place = Place { tree: Some((tree as u32, slot as u64)), ..Place::record(SectionKind::TRIS, index) };
+        let part = (triangle.geom as usize).checked_sub(low);
+        match part.and_then(|part| find(mesh, part, triangle.prim)) {
+            None => out.add(&rules::E0602, place, || {
+                ("no such triangle".into(), format!("has prim {} of part {}", triangle.prim, triangle.geom))
+            }),
+            Some(i) => {
+                seen.set(i as u64);
+                let corners = mesh.corners(i).map(|p| p.map(|c| c + 0.0)); // as written: -0.0 becomes +0.0
+                if bits(corners) != bits(triangle.corners()) {
+                    out.add(&rules::E0603, place, || (show(corners), show(triangle.corners())));
+                }
+            }
+        }
+    }
+    for i in (0..mesh.triangles.len()).filter(|i| !seen.get(*i as u64)) {
+        let at = Place::record(SectionKind::BLAS, tree as u64);
+        out.add(&rules::E0601, at, || {
+            (format!("triangle {} of mesh {:?}", mesh.source_prim(i), mesh.name), format!("tree {tree} has not"))
+        });
+    }
+}
+
+/// The mesh's triangle with source number `prim` in this part. Within a part source numbers ascend.
+fn find(mesh: &Mesh, part: usize, prim: u32) -> Option<usize> {
+    let part = mesh.parts.get(part)?;
+    let (first, count) = (part.first_triangle as usize, part.triangle_count as usize);
+    if mesh.source_prims.is_empty() {
+        let i = prim as usize;
+        return (first <= i && i < first + count).then_some(i);
+    }
+    let numbers = mesh.source_prims.get(first..first.checked_add(count)?)?;
+    numbers.binary_search(&prim).ok().map(|i| first + i)
+}
+
+fn check_instances(view: &View<'_>, instances: Option<&[Instance]>, out: &mut Report) {
+    let at = Place::section(SectionKind::INST);
+    let Some(instances) = instances else { return };
+    if instances.len() != view.instances.len() {
+        let actual = format!("the file has {}", view.instances.len());
+        out.add(&rules::E0605, at, || (format!("the source has {} instances", instances.len()), actual));
+    }
+    for (i, record) in view.instances.iter().enumerate() {
+        let place = Place::record(SectionKind::INST, i as u64);
+        let Some(instance) = instances.get(record.id as usize) else { continue };
+        let matrix = instance.transform.to_f32();
+        if matrix.map(f32::to_bits) != record.object_to_world.map(f32::to_bits) {
+            out.add(&rules::E0605, place, || {
+                (format!("its matrix must be {matrix:?}"), format!("it is {:?}", record.object_to_world))
+            });
+        }
+        if (instance.mesh, instance.node) != (record.blas, record.node) {
+            out.add(&rules::E0605, place, || {
+                let expected = format!("it must place mesh {} for node {}", instance.mesh, instance.node);
+                (expected, format!("it places tree {} for node {}", record.blas, record.node))
+            });
+        }
+    }
+}
+
+fn bits(corners: [Point; 3]) -> [[u32; 3]; 3] {
+    corners.map(|p| p.map(f32::to_bits))
+}
+
+fn show(corners: [Point; 3]) -> String {
+    let [a, b, c] = corners;
+    format!("{a:?} {b:?} {c:?}")
+}
+
+fn fields(g: &GeomRecord) -> String {
+    let node = if g.baked_node == NO_NODE { "none".into() } else { g.baked_node.to_string() };
+    format!(
+        "mesh {} part {} node {node}, {} of {} primitives from {}, name hash {}",
+        g.source_mesh,
+        g.source_part,
+        g.kept_count,
+        g.prim_count,
+        g.first_prim,
+        hex(&g.name_hash[..4])
+    )
+}
