@@ -87,19 +87,8 @@ fn check_section<'a>(entry: &SectionEntry, stored: &'a [u8], fits: bool, out: &m
     }
 }
 
+/// The frames are held against `raw_len` before it sizes anything.
 fn decode(entry: &SectionEntry, stored: &[u8]) -> Result<AlignedBytes, Cow<'static, str>> {
-    // A frame takes four bytes of table at least: a length that the stored bytes cannot bear out sizes nothing.
-    let frames = entry.raw_len.div_ceil(pack::BLOCK_LEN as u64);
-    if frames > stored.len() as u64 / 4 {
-        return Err(format!(
-            "{} stored bytes cannot hold the {frames} frames of {} bytes",
-            stored.len(),
-            entry.raw_len
-        )
-        .into());
-    }
     let len = usize::try_from(entry.raw_len).map_err(|_| "it is too large for this machine")?;
-    let mut bytes = AlignedBytes::zeroed(len).map_err(|_| "there is not enough memory")?;
-    pack::unpack(stored, bytes.as_mut_slice()).map_err(|fault| fault.detail)?;
-    Ok(bytes)
+    pack::unpack(stored, len).map_err(|fault| fault.detail.into())
 }
