@@ -23,6 +23,7 @@ mod progress;
 mod registry;
 mod spatial;
 mod spatial_bins;
+mod spatial_chop;
 mod spatial_partition;
 mod strategy;
 pub mod tlas;

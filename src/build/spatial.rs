@@ -11,8 +11,8 @@ use super::cost::Sah;
 use super::exec::Executor;
 use super::options::{BuildOptions, Clip};
 use super::prim_ref::PrimRef;
-use super::spatial_bins::{SpatialBins, SpatialPlane, planes_of};
-use super::spatial_partition::Cutter;
+use super::spatial_bins::{Grids, SpatialBins, SpatialPlane};
+use super::spatial_partition::{Cutter, Parts};
 use super::strategy::{Child, Decision, NodeTask, Strategy};
 use crate::geom::Aabb;
 use crate::scene::Mesh;
@@ -88,19 +88,19 @@ impl<'a> Spatial<'a> {
         slack: usize,
         exec: &Executor,
     ) -> Option<SpatialPlane> {
-        let planes = planes_of(&node.bounds, bins);
+        let grids = Grids::new(&node.bounds, bins);
         let mut filled = SpatialBins::<CAP>::empty();
         if refs.len() < CHUNKED {
-            filled.fill(&planes, refs, self.mesh, self.clip);
+            filled.fill(&grids, refs, self.mesh, self.clip);
         } else {
             let parts = exec.map_chunks(refs, CHUNK, |_, chunk| {
                 let mut part = Box::new(SpatialBins::<CAP>::empty());
-                part.fill(&planes, chunk, self.mesh, self.clip);
+                part.fill(&grids, chunk, self.mesh, self.clip);
                 part
             });
             filled = parts.iter().fold(filled, |all, part| all.merge(part));
         }
-        filled.best_plane(&planes, node.live, slack, area_scale(&node.bounds))
+        filled.best_plane(&grids, node.live, slack, area_scale(&node.bounds))
     }
 }
 
@@ -125,11 +125,12 @@ impl Strategy for Spatial<'_> {
 
         if let Some(plane) = spatial {
             let cutter = Cutter { mesh: self.mesh, clip: self.clip, unsplit: self.unsplit, scale };
-            let (left, right, right_refs) = cutter.partition(&plane, slots, live);
-            let spare = slots.len() - left.live - right.live;
-            let left_slots = left.live + share_of(spare, &slots[..left.live], &right_refs);
-            slots[left_slots..left_slots + right.live].copy_from_slice(&right_refs);
-            return Decision::Split { left: left.child(left_slots), right: right.child(slots.len() - left_slots) };
+            if let Some(Parts { left, right, right_refs }) = cutter.partition(&plane, slots, live) {
+                let spare = slots.len() - left.live - right.live;
+                let left_slots = left.live + share_of(spare, &slots[..left.live], &right_refs);
+                slots[left_slots..left_slots + right.live].copy_from_slice(&right_refs);
+                return Decision::Split { left: left.child(left_slots), right: right.child(slots.len() - left_slots) };
+            }
         }
         let Some(split) = object else { return Decision::Leaf };
         let (left, right) = Binned::apply(&split, &mut slots[..live], exec);

@@ -4,16 +4,64 @@ use super::cost::Sah;
 use super::lanes::{LaneBox, Lanes};
 use super::options::Clip;
 use super::prim_ref::PrimRef;
+use super::spatial_chop::{Chopper, Grid};
 use crate::geom::Aabb;
-use crate::geom::clip::{Planes, Polygon, Slabs};
 use crate::scene::Mesh;
 
-/// The planes of the three axes; `None` where the node is too thin to be cut.
-pub(super) type PlanesOf = [Option<Planes>; 3];
+/// Equidistant planes over a node's box, on all three axes, and the way from a coordinate to a slab.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grids {
+    axes: [Grid; 3],
+    bins: usize,
+    origin: Lanes,
+    /// Slabs per unit; 0 on an axis that is too thin to be cut.
+    scale: Lanes,
+    last: f32,
+}
 
-/// Equidistant planes over a node's box.
-pub(super) fn planes_of(bounds: &Aabb, bins: usize) -> PlanesOf {
-    [0, 1, 2].map(|axis| Planes::new(bounds.min[axis], bounds.max[axis], bins))
+/// An overlap of less than this share of a slab is none: coordinates on a plane, a rounding error beside it, stay on their side.
+const TOUCH: f32 = 1e-4;
+
+/// Adding 1.5·2²³ to a small float rounds it to an integer, which then stands in the low bits.
+const ROUND: f32 = 12_582_912.0;
+
+impl Grids {
+    pub fn new(bounds: &Aabb, bins: usize) -> Grids {
+        let extent = bounds.extent();
+        let axes = [0, 1, 2].map(|a| Grid { low: bounds.min[a], step: extent[a] / bins as f32 });
+        let scale = [0, 1, 2].map(|a| {
+            // Planes must stand several roundings apart.
+            let coarse = bounds.min[a].abs().max(bounds.max[a].abs()) * (16.0 * f32::EPSILON);
+            let scale = bins as f32 / extent[a];
+            if axes[a].step > coarse && extent[a].is_finite() && scale.is_finite() { scale } else { 0.0 }
+        });
+        Grids {
+            axes,
+            bins,
+            origin: Lanes::of_point(bounds.min),
+            scale: Lanes::of_point(scale),
+            last: (bins - 1) as f32,
+        }
+    }
+
+    /// First and last slab on each axis; `last` may be one less than `first` where a box has no thickness.
+    #[inline(always)]
+    fn span(&self, b: &LaneBox) -> ([u32; 4], [u32; 4]) {
+        let slab = |v: Lanes, touch: f32| {
+            let position = v.minus(self.origin).times(self.scale).plus(Lanes::splat(touch - 0.5));
+            position
+                .max(Lanes::splat(0.0))
+                .min(Lanes::splat(self.last))
+                .plus(Lanes::splat(ROUND))
+                .0
+                .map(|v| v.to_bits() & 0xff)
+        };
+        (slab(b.min, TOUCH), slab(b.max, -TOUCH))
+    }
+
+    fn cuts(&self, axis: usize) -> bool {
+        self.scale.0[axis] > 0.0
+    }
 }
 
 /// Slabs of the three axes, at most `CAP` an axis. The order in which references are put in, or bins merged, makes no difference.
@@ -42,44 +90,61 @@ impl<const CAP: usize> SpatialBins<CAP> {
         SpatialBins { boxes: [[LaneBox::EMPTY; 3]; CAP], enter: [[0; 3]; CAP], leave: [[0; 3]; CAP] }
     }
 
-    pub fn fill(&mut self, planes: &PlanesOf, refs: &[PrimRef], mesh: &Mesh, clip: Clip) {
-        let mut slabs = Slabs::<CAP>::default();
+    pub fn fill(&mut self, grids: &Grids, refs: &[PrimRef], mesh: &Mesh, clip: Clip) {
         for r in refs {
-            let (lanes, mut polygon) = (r.lanes(), None);
-            for axis in 0..3 {
-                let Some(planes) = &planes[axis] else { continue };
-                let (first, last) = planes.span(r.min[axis], r.max[axis]);
-                self.enter[first][axis] += 1;
-                self.leave[last][axis] += 1;
-                // Most references fall wholly into one slab.
-                if first == last {
-                    self.boxes[first][axis] = self.boxes[first][axis].union(lanes);
-                    continue;
-                }
-                let bounds = r.bounds();
-                match clip {
-                    Clip::Box => {
-                        for s in first..=last {
-                            self.put(s, axis, &planes.cut_box(&bounds, axis, s));
-                        }
-                    }
-                    Clip::Exact => {
-                        let polygon: &Polygon =
-                            polygon.get_or_insert_with(|| Polygon::inside(&mesh.corners(r.prim as usize), &bounds));
-                        polygon.chop(axis, planes, (first, last), &bounds, &mut slabs);
-                        for (s, b) in (first..=last).zip(slabs.boxes()) {
-                            self.put(s, axis, b);
-                        }
-                    }
-                }
-            }
+            let bounds = r.lanes();
+            let (first, last) = grids.span(&bounds);
+            let mut chopper = None;
+            self.fill_axis::<0>(grids, r, bounds, first[0], last[0], mesh, clip, &mut chopper);
+            self.fill_axis::<1>(grids, r, bounds, first[1], last[1], mesh, clip, &mut chopper);
+            self.fill_axis::<2>(grids, r, bounds, first[2], last[2], mesh, clip, &mut chopper);
         }
     }
 
     #[inline(always)]
-    fn put(&mut self, slab: usize, axis: usize, b: &Aabb) {
-        let b = LaneBox { min: Lanes::of_point(b.min), max: Lanes::of_point(b.max) };
-        self.boxes[slab][axis] = self.boxes[slab][axis].union(b);
+    #[expect(clippy::too_many_arguments, reason = "one loop body, three times")]
+    fn fill_axis<const AXIS: usize>(
+        &mut self,
+        grids: &Grids,
+        r: &PrimRef,
+        bounds: LaneBox,
+        first: u32,
+        last: u32,
+        mesh: &Mesh,
+        clip: Clip,
+        chopper: &mut Option<Chopper>,
+    ) {
+        let (first, last) = (first as usize % CAP, last.max(first) as usize % CAP);
+        self.enter[first][AXIS] += 1;
+        self.leave[last][AXIS] += 1;
+        let boxes = &mut self.boxes;
+        // Most references fall wholly into one slab.
+        if first == last {
+            boxes[first][AXIS] = boxes[first][AXIS].union(bounds);
+            return;
+        }
+        let grid = &grids.axes[AXIS];
+        match clip {
+            Clip::Box => {
+                for slab in first..=last {
+                    let mut piece = bounds;
+                    if slab > first {
+                        piece.min.0[AXIS] = grid.plane(slab);
+                    }
+                    if slab < last {
+                        piece.max.0[AXIS] = grid.plane(slab + 1);
+                    }
+                    boxes[slab][AXIS] = boxes[slab][AXIS].union(piece);
+                }
+            }
+            Clip::Exact => {
+                let chopper = chopper.get_or_insert_with(|| Chopper::new(&mesh.corners(r.prim as usize)));
+                chopper.chop::<AXIS>(grid, first, last, bounds, |slab, piece| {
+                    let slab = slab % CAP;
+                    boxes[slab][AXIS] = boxes[slab][AXIS].union(piece);
+                });
+            }
+        }
     }
 
     #[must_use]
@@ -96,19 +161,18 @@ impl<const CAP: usize> SpatialBins<CAP> {
 
     /// The plane of least weight that makes at most `slack` duplicates of `live` references; of equal ones the first. `None` where no
     /// plane has references on both sides and a finite weight.
-    pub fn best_plane(&self, planes: &PlanesOf, live: usize, slack: usize, scale: f32) -> Option<SpatialPlane> {
+    pub fn best_plane(&self, grids: &Grids, live: usize, slack: usize, scale: f32) -> Option<SpatialPlane> {
         let mut best: Option<SpatialPlane> = None;
         let mut right = [(LaneBox::EMPTY, 0.0, 0u32); CAP];
-        for (axis, planes) in planes.iter().enumerate() {
-            let Some(planes) = planes else { continue };
+        for axis in (0..3).filter(|&a| grids.cuts(a)) {
             let (mut side, mut count) = (LaneBox::EMPTY, 0);
-            for slab in (1..planes.count()).rev() {
+            for slab in (1..grids.bins).rev() {
                 side = side.union(self.boxes[slab][axis]);
                 count += self.leave[slab][axis];
                 right[slab] = (side, side.scaled_half_area(scale), count);
             }
             let (mut side, mut count) = (LaneBox::EMPTY, 0);
-            for slab in 1..planes.count() {
+            for slab in 1..grids.bins {
                 side = side.union(self.boxes[slab - 1][axis]);
                 count += self.enter[slab - 1][axis];
                 let (right_side, right_area, right_count) = right[slab];
@@ -118,7 +182,7 @@ impl<const CAP: usize> SpatialBins<CAP> {
                 if allowed && best.is_none_or(|b| weight < b.weight) && weight < f32::INFINITY {
                     best = Some(SpatialPlane {
                         axis,
-                        position: planes.position(slab),
+                        position: grids.axes[axis].plane(slab),
                         weight,
                         bounds: [side.aabb(), right_side.aabb()],
                         counts: [count as usize, right_count as usize],

@@ -1,5 +1,6 @@
 //! Carrying out a spatial split: straddling references are cut in two or, where that is cheaper, put wholly to one side.
 
+use super::binned::scaled_half_area;
 use super::cost::Sah;
 use super::lanes::LaneBox;
 use super::options::Clip;
@@ -7,7 +8,7 @@ use super::prim_ref::PrimRef;
 use super::spatial_bins::SpatialPlane;
 use super::strategy::Child;
 use crate::geom::Aabb;
-use crate::geom::clip::{Polygon, split_box};
+use crate::geom::clip;
 use crate::scene::Mesh;
 
 /// What the cutter needs beside the plane.
@@ -28,67 +29,88 @@ enum Fate {
 }
 
 impl Cutter<'_> {
-    /// Partition the references `slots[..live]`. On return the left references stand at the front and the right ones are returned, each side in
-    /// the old order with the straddling ones last. The free slots suffice if those did that [`SpatialPlane::counts`] ask for.
-    pub fn partition(&self, plane: &SpatialPlane, slots: &mut [PrimRef], live: usize) -> (Side, Side, Vec<PrimRef>) {
+    /// Partition the references `slots[..live]` into those left of the plane, at the front of the slots, and those right of it, returned; both
+    /// in the old order with the straddling ones last. Together they are no more than there are slots.
+    ///
+    /// `None` if the plane does not separate anything; the same references then stand in another order.
+    pub fn partition(&self, plane: &SpatialPlane, slots: &mut [PrimRef], live: usize) -> Option<Parts> {
         let (axis, at) = (plane.axis, plane.position);
-        let mut right_refs = Vec::with_capacity(plane.counts[1]);
+        let mut parts =
+            Parts { left: Side::EMPTY, right: Side::EMPTY, right_refs: Vec::with_capacity(plane.counts[1]) };
         let mut straddling = Vec::with_capacity((plane.counts[0] + plane.counts[1]).saturating_sub(live));
 
-        // Move what lies on one side; the same comparisons as `Planes::span` makes.
-        let (mut left, mut right) = (Side::EMPTY, Side::EMPTY);
+        // Move what lies on one side. The bins only estimated who straddles; this is exact.
         for i in 0..live {
             let r = slots[i];
             if r.min[axis] >= at {
-                right.add(&r);
-                right_refs.push(r);
+                parts.put_right(r);
             } else if r.max[axis] <= at {
-                left.add(&r);
-                slots[left.live - 1] = r;
+                parts.put_left(r, slots);
             } else {
                 straddling.push(r);
             }
         }
 
-        let mut put_left = |r: PrimRef| {
-            left.add(&r);
-            slots[left.live - 1] = r;
-        };
-        let mut put_right = |r: PrimRef| {
-            right.add(&r);
-            right_refs.push(r);
-        };
-        let mut balance = Balance::new(plane, self.scale);
+        let mut spare = slots.len() - live;
+        let counts = [parts.left.live + straddling.len(), parts.right.live + straddling.len()];
+        let mut balance = Balance::new(plane, counts, self.scale);
         for r in straddling {
-            let fate = if self.unsplit { balance.choose(&r.bounds()) } else { Fate::Both };
-            match fate {
-                Fate::Left => put_left(r),
-                Fate::Right => put_right(r),
+            match balance.choose(&r.bounds(), self.unsplit, spare > 0) {
+                Fate::Left => parts.put_left(r, slots),
+                Fate::Right => parts.put_right(r),
                 Fate::Both => {
                     let (below, above) = self.cut(&r, axis, at);
                     let part = |bounds: &Aabb| PrimRef { min: bounds.min, max: bounds.max, ..r };
-                    // The conservative answer where rounding left a part without a point: nobody is lost.
+                    // Where the triangle misses one side of its box, the reference stays as it is: one that is not divided must not change,
+                    // or the object split found before would no longer fit it.
                     match (below.is_empty(), above.is_empty()) {
                         (false, false) => {
-                            put_left(part(&below));
-                            put_right(part(&above));
+                            parts.put_left(part(&below), slots);
+                            parts.put_right(part(&above));
+                            spare -= 1;
                         }
-                        (false, true) => put_left(part(&below)),
-                        (true, false) => put_right(part(&above)),
-                        (true, true) => put_left(r),
+                        (true, false) => parts.put_right(r),
+                        (_, true) => parts.put_left(r, slots),
                     }
                 }
             }
         }
-        (left, right, right_refs)
+
+        if parts.left.live == 0 || parts.right.live == 0 {
+            slots[parts.left.live..][..parts.right.live].copy_from_slice(&parts.right_refs);
+            return None;
+        }
+        Some(parts)
     }
 
     fn cut(&self, r: &PrimRef, axis: usize, at: f32) -> (Aabb, Aabb) {
         let bounds = r.bounds();
         match self.clip {
-            Clip::Box => split_box(&bounds, axis, at),
-            Clip::Exact => Polygon::inside(&self.mesh.corners(r.prim as usize), &bounds).split(axis, at, &bounds),
+            Clip::Box => clip::split_box(&bounds, axis, at),
+            Clip::Exact => clip::split(&self.mesh.corners(r.prim as usize), axis, at, &bounds),
         }
+    }
+}
+
+/// Both sides of a split while they fill.
+pub(super) struct Parts {
+    pub left: Side,
+    pub right: Side,
+    pub right_refs: Vec<PrimRef>,
+}
+
+impl Parts {
+    /// Never overtakes the reading of the slots: at any time fewer references have been put than read, or copies than there are spare slots.
+    #[inline(always)]
+    fn put_left(&mut self, r: PrimRef, slots: &mut [PrimRef]) {
+        slots[self.left.live] = r;
+        self.left.add(&r);
+    }
+
+    #[inline(always)]
+    fn put_right(&mut self, r: PrimRef) {
+        self.right_refs.push(r);
+        self.right.add(&r);
     }
 }
 
@@ -126,27 +148,29 @@ struct Balance {
 }
 
 impl Balance {
-    fn new(plane: &SpatialPlane, scale: f32) -> Balance {
-        let areas = plane.bounds.map(|b| super::scaled_half_area(&b, scale));
-        Balance { bounds: plane.bounds, areas, counts: plane.counts, scale }
+    /// `counts`: references on each side, every straddling one on both.
+    fn new(plane: &SpatialPlane, counts: [usize; 2], scale: f32) -> Balance {
+        Balance { bounds: plane.bounds, areas: plane.bounds.map(|b| scaled_half_area(&b, scale)), counts, scale }
     }
 
-    fn choose(&mut self, reference: &Aabb) -> Fate {
+    /// `unsplit`: whether a reference may go to one side although it could be cut; `spare`: whether it may be cut.
+    fn choose(&mut self, reference: &Aabb, unsplit: bool, spare: bool) -> Fate {
+        if spare && !unsplit {
+            return Fate::Both;
+        }
         let grown = self.bounds.map(|b| b.union(*reference));
-        let grown_areas = grown.map(|b| super::scaled_half_area(&b, self.scale));
+        let grown_areas = grown.map(|b| scaled_half_area(&b, self.scale));
         let [left, right] = self.counts.map(|c| c as f32);
-        let both = Sah::weight(self.areas[0], left, self.areas[1], right);
         let only_left = Sah::weight(grown_areas[0], left, self.areas[1], right - 1.0);
         let only_right = Sah::weight(self.areas[0], left - 1.0, grown_areas[1], right);
+        let both = if spare { Sah::weight(self.areas[0], left, self.areas[1], right) } else { f32::INFINITY };
 
         // Neither side may lose its last reference: a split that separates nothing is none.
-        let left_allowed = self.counts[1] > 1 && only_left < both;
-        let right_allowed = self.counts[0] > 1 && only_right < both;
-        let side = match (left_allowed, right_allowed) {
-            (false, false) => return Fate::Both,
-            (true, true) => usize::from(only_right < only_left),
-            (true, false) => 0,
-            (false, true) => 1,
+        let allowed = [self.counts[1] > 1 && only_left < both, self.counts[0] > 1 && only_right < both];
+        let side = match allowed {
+            [false, false] if spare => return Fate::Both,
+            [true, true] => usize::from(only_right < only_left),
+            [_, right] => usize::from(right),
         };
         self.bounds[side] = grown[side];
         self.areas[side] = grown_areas[side];
