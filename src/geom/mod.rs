@@ -11,6 +11,7 @@ mod ray;
 
 pub use aabb::Aabb;
 pub use affine::Affine;
+pub(crate) use affine::{round_down, round_up};
 pub use ray::Ray;
 
 /// A position or direction in the scene's own unit.

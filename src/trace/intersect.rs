@@ -1,0 +1,119 @@
+//! The triangle test: a filter in `f32` that proves most misses, and the decision in `f64`.
+//!
+//! Both look along the ray (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", 2013): corners are taken relative to
+//! the origin and sheared so that the ray becomes an axis; the ray hits if the origin of the remaining plane lies on the same
+//! side of all three edges. The side is the sign of an edge function `p × q`, which is exactly antisymmetric in floating point, so the two
+//! triangles of a shared edge never both lose a ray.
+//!
+//! The `f64` decision shears by multiplication, `a·d_z − a_z·d`: for the rays of a one-level file (whose numbers are `f32`) differences and
+//! products are exact in `f64` unless exponents lie far apart, so its signs are those of true geometry but for rays closer to an
+//! edge than about 2⁻⁵⁰ of the coordinates in play. `f32` alone would move edges by 2⁻²² of the distance, enough to hand a hit to
+//! a neighbour whose box the ray misses.
+
+use crate::cache::TriangleRecord;
+
+/// A ray made ready for triangle tests. The axis of the direction's largest component is a constant of the test functions; this
+/// says which to call.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EdgeRay {
+    pub dominant: usize,
+    origin: [f64; 3],
+    direction: [f64; 3],
+    /// The origin and the two shears rounded to `f32`.
+    filter_origin: [f32; 3],
+    shear: [f32; 2],
+    /// What rounding the origin moved it by, times 3.
+    slack: f32,
+}
+
+/// A hit as the test finds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Crossing {
+    pub t: f64,
+    pub u: f64,
+    pub v: f64,
+}
+
+const fn others(axis: usize) -> (usize, usize) {
+    ((axis + 1) % 3, (axis + 2) % 3)
+}
+
+impl EdgeRay {
+    /// The direction is finite and not zero.
+    pub fn new(origin: [f64; 3], direction: [f64; 3]) -> EdgeRay {
+        let [x, y, z] = direction.map(f64::abs);
+        let dominant = if x >= y && x >= z {
+            0
+        } else if y >= z {
+            1
+        } else {
+            2
+        };
+        let (kx, ky) = others(dominant);
+        let filter_origin = origin.map(|v| v as f32);
+        let moved = (0..3).map(|a| (origin[a] - f64::from(filter_origin[a])).abs()).fold(0.0, f64::max);
+        EdgeRay {
+            dominant,
+            origin,
+            direction,
+            filter_origin,
+            shear: [kx, ky].map(|k| (direction[k] / direction[dominant]) as f32),
+            slack: crate::geom::round_up(3.0 * moved),
+        }
+    }
+
+    /// True only if the exact ray's line misses the triangle.
+    ///
+    /// Let `u = 2⁻²⁴` and let `a` be a corner relative to the origin, with sheared coordinates `A`. The three roundings of the origin, the
+    /// shear and its product, and the one of the difference give `|error of A_x| ≤ u(2|a_x| + 4.1|a_z|) + 2.1·moved ≤ u(2r + 6.1|a_z|) +
+    /// 2.1·moved` with `r = |A_x| + |A_y|`. An edge function `C_x·B_y − C_y·B_x` is therefore off by at most `g_C·e_B + g_B·e_C`, where
+    /// `e = 8u(r + |a_z|) + 3·moved` covers the error of a corner and its share `u·r` of the edge function's own roundings, and `g = r + e`. The
+    /// constant 2⁻¹²⁰ stands for underflow; overflow makes comparisons false.
+    #[inline(always)]
+    pub fn surely_misses<const AXIS: usize>(&self, triangle: &TriangleRecord) -> bool {
+        let (kx, ky) = others(AXIS);
+        let o = &self.filter_origin;
+        let [sx, sy] = self.shear;
+        let corner = |p: &[f32; 3]| {
+            let z = p[AXIS] - o[AXIS];
+            let x = (p[kx] - o[kx]) - sx * z;
+            let y = (p[ky] - o[ky]) - sy * z;
+            let reach = x.abs() + y.abs();
+            let error = (reach + z.abs()) * (4.0 * f32::EPSILON) + self.slack;
+            (x, y, reach + error, error)
+        };
+        let [a, b, c] = [corner(&triangle.v0), corner(&triangle.v1), corner(&triangle.v2)];
+        let edge = |p: (f32, f32, f32, f32), q: (f32, f32, f32, f32)| {
+            let bound = p.2 * q.3 + q.2 * p.3 + UNDERFLOW;
+            let side = p.0 * q.1 - p.1 * q.0;
+            (side > bound, side < -bound)
+        };
+        let [u, v, w] = [edge(c, b), edge(a, c), edge(b, a)];
+        (u.0 | v.0 | w.0) & (u.1 | v.1 | w.1)
+    }
+
+    /// Where the ray's line crosses the triangle, edges and corners included. A triangle seen edge-on has no crossing.
+    #[inline(never)]
+    pub fn crossing<const AXIS: usize>(&self, corners: [&[f32; 3]; 3]) -> Option<Crossing> {
+        let (kx, ky) = others(AXIS);
+        let (o, d) = (&self.origin, &self.direction);
+        let [a, b, c] = corners.map(|p| {
+            let [x, y, z] = [kx, ky, AXIS].map(|k| f64::from(p[k]) - o[k]);
+            (x * d[AXIS] - z * d[kx], y * d[AXIS] - z * d[ky], z)
+        });
+        let edge = |p: (f64, f64, f64), q: (f64, f64, f64)| p.0 * q.1 - p.1 * q.0;
+        let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+        let sum = u + v + w;
+        if sum == 0.0 {
+            return None;
+        }
+        let t = (u * a.2 + v * b.2 + w * c.2) / (sum * d[AXIS]);
+        Some(Crossing { t, u: v / sum, v: w / sum })
+    }
+}
+
+/// 2⁻¹²⁰.
+const UNDERFLOW: f32 = f32::from_bits((127 - 120) << 23);

@@ -1,0 +1,252 @@
+//! Closest hit and any hit over a [`View`].
+
+use super::hit::{Best, Hit, Malformed};
+use super::intersect::EdgeRay;
+use super::observe::{NoObserver, Observer};
+use super::slab::{Slabs, widened};
+use crate::cache::{BlasView, InstanceRecord, TriangleRecord, View};
+use crate::geom::Ray;
+use crate::tree::{MAX_DEPTH, Node};
+
+/// The nearest point where the ray meets the scene with `t_min <= t <= t_max`, both sides of a triangle alike.
+///
+/// Among hits of equal distance the one of smallest (instance, geometry, primitive) wins, whatever the tree. A ray with a NaN, infinite
+/// or zero direction, or a NaN anywhere, meets nothing, and distances beyond 2¹²⁶ do not count. On a malformed tree (see
+/// [`Malformed`]; no file whose topology was checked has one) the answer is `None`: [`try_closest_hit`] tells the two apart.
+pub fn closest_hit(view: &View<'_>, ray: &Ray) -> Option<Hit> {
+    try_closest_hit(view, ray, &mut NoObserver).unwrap_or(None)
+}
+
+/// Whether the ray meets anything with `t_min <= t <= t_max`: the question of a shadow ray, which ends at the first triangle
+/// found. On a malformed tree the answer is `false`.
+pub fn any_hit(view: &View<'_>, ray: &Ray) -> bool {
+    try_any_hit(view, ray, &mut NoObserver).unwrap_or(false)
+}
+
+/// [`closest_hit`] with an error for a malformed tree and with an observer that counts.
+pub fn try_closest_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<Option<Hit>, Malformed> {
+    trace::<false>(view, ray, observer)
+}
+
+/// [`any_hit`] with an error for a malformed tree and with an observer that counts.
+pub fn try_any_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<bool, Malformed> {
+    Ok(trace::<true>(view, ray, observer)?.is_some())
+}
+
+/// 2¹²⁶. Beyond, a ray parallel to a slab could not be told from one that reaches it late.
+const FARTHEST: f32 = f32::from_bits((127 + 126) << 23);
+
+/// Most references that a leaf may have by the file's rules.
+const MAX_LEAF: u32 = 255;
+
+fn trace<const ANY: bool>(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<Option<Hit>, Malformed> {
+    let usable = ray.origin.iter().chain(&ray.direction).all(|v| v.is_finite())
+        && ray.direction != [0.0; 3]
+        && ray.t_min <= ray.t_max;
+    if !usable {
+        return Ok(None);
+    }
+    let mut best = Best::none_until(ray.t_max.min(FARTHEST));
+    let (origin, direction) = (ray.origin.map(f64::from), ray.direction.map(f64::from));
+    let mut stack = Stack::new();
+    if view.tlas_nodes.is_empty() {
+        if !view.blases.is_empty() {
+            let blas = view.blas(0).ok_or(Malformed::BlasOutOfRange { instance: 0, blas: 0 })?;
+            let tree = Bottom { blas, first_triangle: view.blases[0].ref_offset as usize, instance: None };
+            tree.trace::<ANY>(origin, direction, ray.t_min, &mut best, &mut stack, observer)?;
+        }
+    } else {
+        let slabs = Slabs::new(origin, direction, &view.tlas_nodes[0].bounds(), ray.t_min);
+        let mut top_stack = Stack::new();
+        let instances = view.instances.len();
+        walk(view.tlas_nodes, instances, &slabs, &mut best, &mut top_stack, observer, |range, best, observer| {
+            for index in range {
+                let instance = &view.instances[index];
+                let blas = view
+                    .blas(instance.blas as usize)
+                    .ok_or(Malformed::BlasOutOfRange { instance: index, blas: instance.blas })?;
+                let first_triangle = view.blases[instance.blas as usize].ref_offset as usize;
+                let (origin, direction) = to_object(instance, origin, direction);
+                let tree = Bottom { blas, first_triangle, instance: Some(instance.id) };
+                observer.instance();
+                if tree.trace::<ANY>(origin, direction, ray.t_min, best, &mut stack, observer)? {
+                    return Ok(true);
+                }
+            }
+            Ok(false)
+        })?;
+    }
+    Ok(best.hit)
+}
+
+/// The ray in an instance's own space, in `f64`: the stored matrix is taken as it is, and nothing is added to its rounding.
+fn to_object(instance: &InstanceRecord, origin: [f64; 3], direction: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    let m = instance.world_to_object.map(f64::from);
+    let linear = |v: [f64; 3], r: usize| m[4 * r] * v[0] + m[4 * r + 1] * v[1] + m[4 * r + 2] * v[2];
+    ([0, 1, 2].map(|r| linear(origin, r) + m[4 * r + 3]), [0, 1, 2].map(|r| linear(direction, r)))
+}
+
+/// A BLAS under traversal.
+struct Bottom<'a> {
+    blas: BlasView<'a>,
+    /// Where its triangles start among all.
+    first_triangle: usize,
+    instance: Option<u32>,
+}
+
+impl Bottom<'_> {
+    /// Improve `best`; with `ANY`, true as soon as something is hit.
+    fn trace<const ANY: bool>(
+        &self,
+        origin: [f64; 3],
+        direction: [f64; 3],
+        t_min: f32,
+        best: &mut Best,
+        stack: &mut Stack,
+        observer: &mut impl Observer,
+    ) -> Result<bool, Malformed> {
+        let Some(root) = self.blas.nodes.first() else { return Ok(false) };
+        let edges = EdgeRay::new(origin, direction);
+        let slabs = Slabs::new(origin, direction, &root.bounds(), t_min);
+        match edges.dominant {
+            0 => self.trace_along::<ANY, 0>(&edges, &slabs, t_min, best, stack, observer),
+            1 => self.trace_along::<ANY, 1>(&edges, &slabs, t_min, best, stack, observer),
+            _ => self.trace_along::<ANY, 2>(&edges, &slabs, t_min, best, stack, observer),
+        }
+    }
+
+    fn trace_along<const ANY: bool, const AXIS: usize>(
+        &self,
+        edges: &EdgeRay,
+        slabs: &Slabs,
+        t_min: f32,
+        best: &mut Best,
+        stack: &mut Stack,
+        observer: &mut impl Observer,
+    ) -> Result<bool, Malformed> {
+        let t_min = f64::from(t_min);
+        let refs = self.blas.triangles.len();
+        walk(self.blas.nodes, refs, slabs, best, stack, observer, |range, best, observer| {
+            let start = range.start;
+            for (i, triangle) in self.blas.triangles[range].iter().enumerate() {
+                observer.triangle();
+                if edges.surely_misses::<AXIS>(triangle) {
+                    continue;
+                }
+                if let Some(c) = edges.crossing::<AXIS>([&triangle.v0, &triangle.v1, &triangle.v2])
+                    && c.t >= t_min
+                    && c.t <= best.t
+                {
+                    best.offer(c.t, self.hit(c, triangle, start + i));
+                    if ANY {
+                        return Ok(true);
+                    }
+                }
+            }
+            Ok(false)
+        })
+    }
+
+    fn hit(&self, c: super::intersect::Crossing, triangle: &TriangleRecord, slot: usize) -> Hit {
+        Hit {
+            t: c.t as f32,
+            u: c.u as f32,
+            v: c.v as f32,
+            prim: triangle.prim,
+            geom: triangle.geom,
+            instance: self.instance,
+            triangle: self.first_triangle + slot,
+        }
+    }
+}
+
+/// A node put off: its entry distance and what it holds.
+#[derive(Clone, Copy)]
+struct Pending {
+    near: f32,
+    first: u32,
+    count: u32,
+}
+
+/// One far child a level, and no leaf lies deeper than [`MAX_DEPTH`].
+struct Stack {
+    entries: [Pending; MAX_DEPTH as usize],
+}
+
+impl Stack {
+    fn new() -> Stack {
+        Stack { entries: [Pending { near: 0.0, first: 0, count: 0 }; MAX_DEPTH as usize] }
+    }
+}
+
+/// Visit the leaves that the ray meets, near child first, until `leaf` says that it is enough.
+///
+/// `leaf` gets a range that lies within `refs`. The walk ends on every input: a tree enters each pair of siblings at most once, so more
+/// entries than pairs betray a record with two parents or a cycle.
+#[inline(always)]
+fn walk<O: Observer>(
+    nodes: &[Node],
+    refs: usize,
+    slabs: &Slabs,
+    best: &mut Best,
+    stack: &mut Stack,
+    observer: &mut O,
+    mut leaf: impl FnMut(std::ops::Range<usize>, &mut Best, &mut O) -> Result<bool, Malformed>,
+) -> Result<bool, Malformed> {
+    let Some(root) = nodes.first() else { return Ok(false) };
+    let (near, hit) = slabs.one(root, best.limit);
+    if !hit {
+        return Ok(false);
+    }
+    let mut at = Pending { near, first: root.first, count: root.count };
+    let mut depth = 0;
+    let mut pairs_left = nodes.len() / 2;
+    loop {
+        if at.count == 0 {
+            // Enter an inner node: test both children, go on with the nearer and put the other off.
+            observer.inner_node();
+            let pair = nodes.get(at.first as usize..).and_then(|n| n.first_chunk::<2>());
+            let pair = pair.ok_or(Malformed::ChildOutOfRange { first: at.first, nodes: nodes.len() })?;
+            pairs_left = pairs_left.checked_sub(1).ok_or(Malformed::NotATree { nodes: nodes.len() })?;
+            let (near, hit) = slabs.pair(pair, best.limit);
+            let child = |i: usize| Pending { near: near[i], first: pair[i].first, count: pair[i].count };
+            match hit {
+                [true, true] => {
+                    let second_first = near[1] < near[0];
+                    let (now, later) = if second_first { (child(1), child(0)) } else { (child(0), child(1)) };
+                    *stack.entries.get_mut(depth).ok_or(Malformed::TooDeep)? = later;
+                    depth += 1;
+                    at = now;
+                    continue;
+                }
+                [true, false] => {
+                    at = child(0);
+                    continue;
+                }
+                [false, true] => {
+                    at = child(1);
+                    continue;
+                }
+                [false, false] => {}
+            }
+        } else {
+            let out_of_range = Malformed::LeafOutOfRange { first: at.first, count: at.count, refs };
+            let start = at.first as usize;
+            let end = start.checked_add(at.count as usize).filter(|&end| at.count <= MAX_LEAF && end <= refs);
+            if leaf(start..end.ok_or(out_of_range)?, best, observer)? {
+                return Ok(true);
+            }
+        }
+
+        // Take up the next node that is not behind the best hit.
+        loop {
+            let Some(next) = depth.checked_sub(1) else { return Ok(false) };
+            depth = next;
+            let Some(pending) = stack.entries.get(next) else { return Err(Malformed::TooDeep) };
+            if pending.near <= widened(best.limit) {
+                at = *pending;
+                break;
+            }
+        }
+    }
+}
