@@ -203,11 +203,10 @@ impl Probe {
     }
 
     /// Whether the ray may pass the box, widened by the slack, before `limit`. The factor covers the arithmetic of this test.
-    fn meets(&self, b: &[[f64; 3]; 2], limit: f64) -> bool {
+    fn meets(&self, [min, max]: &[[f64; 3]; 2], limit: f64) -> bool {
         let (mut near, mut far) = (self.t_min, limit);
-        for a in 0..3 {
-            let (lo, hi) = (b[0][a] - self.slack - self.origin[a], b[1][a] + self.slack - self.origin[a]);
-            let d = self.direction[a];
+        for (a, &d) in self.direction.iter().enumerate() {
+            let (lo, hi) = (min[a] - self.slack - self.origin[a], max[a] + self.slack - self.origin[a]);
             if d == 0.0 {
                 if lo > 0.0 || hi < 0.0 {
                     return false;
@@ -239,9 +238,10 @@ impl Probe {
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
             let moment = dot(d, cross(p[i], p[j]));
             let margin = slack * (reach[i] + reach[j]) + slack * slack;
-            left |= moment > margin;
-            right |= moment < -margin;
-            unsure |= !(moment.abs() > margin);
+            let (to_left, to_right) = (moment > margin, moment < -margin);
+            left |= to_left;
+            right |= to_right;
+            unsure |= !to_left && !to_right;
         }
         if left && right {
             return None;

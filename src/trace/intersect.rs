@@ -93,6 +93,10 @@ impl EdgeRay {
     }
 
     /// Where the ray's line crosses the triangle, edges and corners included. A triangle seen edge-on has no crossing.
+    ///
+    /// The distance is that of the triangle's plane: its normal is a difference of products that are exact in `f64`, so the distance
+    /// is good for slivers too, where the ratio of the edge functions is not. Kept within the corners' depths, it stays
+    /// sensible for planes that the ray nearly lies in.
     #[inline(never)]
     pub fn crossing<const AXIS: usize>(&self, corners: [&[f32; 3]; 3]) -> Option<Crossing> {
         let (kx, ky) = others(AXIS);
@@ -110,7 +114,14 @@ impl EdgeRay {
         if sum == 0.0 {
             return None;
         }
-        let t = (u * a.2 + v * b.2 + w * c.2) / (sum * d[AXIS]);
+
+        let [p, q, r] = corners.map(|p| p.map(f64::from));
+        let (e, f): ([f64; 3], [f64; 3]) = ([0, 1, 2].map(|k| q[k] - p[k]), [0, 1, 2].map(|k| r[k] - p[k]));
+        let n = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
+        let ahead = n[0] * (p[0] - o[0]) + n[1] * (p[1] - o[1]) + n[2] * (p[2] - o[2]);
+        let depths = [a.2, b.2, c.2].map(|z| z / d[AXIS]);
+        let (first, last) = (depths[0].min(depths[1]).min(depths[2]), depths[0].max(depths[1]).max(depths[2]));
+        let t = (ahead / (n[0] * d[0] + n[1] * d[1] + n[2] * d[2])).max(first).min(last);
         Some(Crossing { t, u: v / sum, v: w / sum })
     }
 }

@@ -121,9 +121,9 @@ impl<'a> Sampler<'a> {
                 let [a, b, _] = self.corners(random);
                 self.toward(self.somewhere(random), [0, 1, 2].map(|k| 0.5 * (a[k] + b[k])))
             }
-            RaySet::Surface => self.from_surface(random),
+            RaySet::Surface => self.off_surface(random),
             RaySet::Occlusion => {
-                let ray = self.from_surface(random);
+                let ray = self.off_surface(random);
                 Ray { t_min: (2e-4 * self.radius) as f32, t_max: (0.2 * self.radius) as f32, ..ray }
             }
         }
@@ -166,7 +166,7 @@ impl<'a> Sampler<'a> {
         Ray::new(origin, direction)
     }
 
-    fn from_surface(&self, random: &mut Random) -> Ray {
+    fn off_surface(&self, random: &mut Random) -> Ray {
         let [a, b, c] = self.corners(random);
         let (mut s, mut t) = (random.unit(), random.unit());
         if s + t > 1.0 {

@@ -272,7 +272,8 @@ impl Active {
             let x = upper(own[3], x1[i]) - lower(own[0], x0[i]);
             let y = upper(own[4], y1[i]) - lower(own[1], y0[i]);
             let z = upper(own[5], z1[i]) - lower(own[2], z0[i]);
-            areas[i] = x * y + y * z + z * x;
+            let area = x * y + y * z + z * x;
+            areas[i] = if area < f32::INFINITY { area } else { f32::INFINITY };
         }
         areas[own_slot] = f32::INFINITY;
         let mut lanes = [f32::INFINITY; 8];
@@ -283,10 +284,10 @@ impl Active {
         }
         let smallest = lanes.into_iter().fold(f32::INFINITY, f32::min);
 
-        // Among equal areas take the oldest cluster. The test is written so that an area that is not a number counts as equal.
+        // Among equal areas take the oldest cluster.
         let mut best = NONE;
         for (i, &a) in areas.iter().enumerate() {
-            if !(a > smallest) && i != own_slot && self.ids[i] < best {
+            if a <= smallest && i != own_slot && self.ids[i] < best {
                 best = self.ids[i];
             }
         }
@@ -323,7 +324,7 @@ impl Emitter<'_> {
         let children = cluster.children.map(|c| &self.forest.clusters[c as usize]);
         if !children.iter().all(|c| fits(c)) {
             let mut items = self.items_below(id);
-            return self.balanced(&mut items, slot, depth);
+            return self.balanced(&mut items, slot);
         }
         let area = |c: &Cluster| scaled(&c.bounds, self.forest.scale).half_area();
         let swap =
@@ -335,7 +336,7 @@ impl Emitter<'_> {
     }
 
     /// Write a balanced tree over `items`.
-    fn balanced(&mut self, items: &mut [u32], slot: usize, depth: u32) {
+    fn balanced(&mut self, items: &mut [u32], slot: usize) {
         if let [item] = items {
             return self.leaf(*item, slot);
         }
@@ -344,8 +345,8 @@ impl Emitter<'_> {
         let mid = balance::partition(items, &|i| boxes[i as usize]);
         let (left, right) = items.split_at_mut(mid);
         let pair = self.pair(bounds, slot);
-        self.balanced(left, pair, depth + 1);
-        self.balanced(right, pair + 1, depth + 1);
+        self.balanced(left, pair);
+        self.balanced(right, pair + 1);
     }
 
     fn pair(&mut self, bounds: Aabb, slot: usize) -> usize {
