@@ -1,6 +1,7 @@
 //! What the user reads when a command cannot do its work.
 
 use super::exit::Exit;
+use super::names;
 use serde::Serialize;
 
 /// A failed action: what was tried, the facts that stopped it, and a command that helps.
@@ -38,6 +39,20 @@ impl Failure {
         Failure { exit, action: action.into(), facts: Vec::new(), help: None, silent: false }
     }
 
+    /// A library error's text: the first line is the action, a line that begins with `help:` the remedy, all others are facts.
+    pub fn from_message(exit: Exit, message: &str) -> Failure {
+        let mut lines = message.lines().map(str::trim).filter(|l| !l.is_empty());
+        let action = lines.next().unwrap_or_default();
+        let mut failure = Failure::new(exit, decapitalise(action.trim_end_matches('.')));
+        for line in lines {
+            match line.strip_prefix("help: ") {
+                Some(help) => failure.help = Some(decapitalise(help)),
+                None => failure.facts.push(line.to_string()),
+            }
+        }
+        failure
+    }
+
     /// The end of a run whose stdout was closed early by its reader (`bvhc … | head`): no error, no message.
     pub fn broken_pipe() -> Failure {
         Failure { silent: true, ..Failure::new(Exit::Success, "cannot write to a closed pipe") }
@@ -61,14 +76,14 @@ impl Failure {
 
     /// Text for people, without the final line break. `paint` colours the leading word.
     pub fn to_text(&self, paint: impl Fn(&str) -> String) -> String {
-        let mut text = format!("{} {}", paint("error:"), self.action);
+        let mut text = format!("{} {}", paint("error:"), names::escape(&self.action));
         for line in self.facts.iter().flat_map(|f| f.lines()) {
             text.push_str("\n  ");
-            text.push_str(line);
+            text.push_str(&names::escape(line));
         }
         if let Some(help) = &self.help {
             text.push_str("\nhelp: ");
-            text.push_str(help);
+            text.push_str(&names::escape(help));
         }
         text
     }
@@ -84,5 +99,39 @@ impl Failure {
         };
         // Strings and small integers always serialise.
         serde_json::to_string(&object).unwrap_or_default()
+    }
+}
+
+/// Messages follow a word and a colon here, where a capital would look odd.
+fn decapitalise(text: &str) -> String {
+    let mut chars = text.chars();
+    match chars.next() {
+        Some(first) if chars.clone().next().is_some_and(char::is_lowercase) => first.to_lowercase().chain(chars).collect(),
+        _ => text.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_library_message_is_taken_apart() {
+        let f = Failure::from_message(Exit::Model, "Cannot read a.obj.\n  line 3 is cut short\nhelp: Export it again");
+        assert_eq!((f.action.as_str(), f.help.as_deref()), ("cannot read a.obj", Some("export it again")));
+        assert_eq!(f.to_text(str::to_string), "error: cannot read a.obj\n  line 3 is cut short\nhelp: export it again");
+    }
+
+    #[test]
+    fn foreign_text_cannot_steer_the_terminal() {
+        let f = Failure::new(Exit::Model, "cannot read \u{1b}[2J").fact("name \u{202e}");
+        assert!(f.to_text(str::to_string).chars().all(|c| c == '\n' || !c.is_control() && c != '\u{202e}'));
+    }
+
+    #[test]
+    fn json_carries_code_and_name() {
+        let f = Failure::new(Exit::TryAgain, "the input changed").help("again");
+        let v: serde_json::Value = serde_json::from_str(&f.to_json()).unwrap();
+        assert_eq!((v["reason"].as_str(), v["exit_code"].as_u64(), v["exit_name"].as_str()), (Some("error"), Some(75), Some("try-again")));
     }
 }

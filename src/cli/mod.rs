@@ -15,12 +15,14 @@
 
 pub mod args;
 pub mod commands;
+mod caches;
 mod depfile;
 pub mod exit;
 mod failure;
 mod figures;
 mod interrupt;
 mod names;
+mod progress;
 mod table;
 mod terminal;
 

@@ -3,7 +3,7 @@
 //! Fields may be added, never renamed or removed. Counts are plain numbers (all below 2⁵³), identities are lower-case hex,
 //! flag words are given as numbers and as the names of their known bits.
 
-use crate::cache::{Header, SectionEntry, section_flags, tree_flags};
+use crate::cache::{Dependency, Header, Meta, SectionEntry, section_flags, tree_flags};
 use serde::Serialize;
 
 /// Header, section table and, where present, META of one file.
@@ -190,6 +190,29 @@ impl From<&SectionEntry> for SectionInfo {
             raw_hash: hex(&e.raw_hash),
             stored_hash: hex(&e.stored_hash),
         }
+    }
+}
+
+impl From<&Meta> for MetaInfo {
+    fn from(m: &Meta) -> MetaInfo {
+        let option = |(name, value): &(String, String)| OptionInfo { name: name.clone(), value: value.clone() };
+        let count = |(name, count): &(String, u64)| CountInfo { name: name.clone(), count: *count };
+        MetaInfo {
+            tool: m.tool.clone(),
+            tool_version: m.tool_version.clone(),
+            method: m.method.clone(),
+            builder_revision: m.builder_revision,
+            options: m.options.iter().map(option).collect(),
+            inputs: m.dependencies.iter().map(InputInfo::from).collect(),
+            read_counts: m.read_counts.iter().map(count).collect(),
+            notes: m.notes.clone(),
+        }
+    }
+}
+
+impl From<&Dependency> for InputInfo {
+    fn from(d: &Dependency) -> InputInfo {
+        InputInfo { role: d.role, name: d.name.clone(), len: d.len, blake3: hex(&d.blake3) }
     }
 }
 

@@ -1,12 +1,77 @@
+//! `bvhc explain`: what a finding of `check` means.
+
+use crate::cache::rules;
 use crate::cli::Context;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::names;
 use clap::Args;
+use serde::Serialize;
 
-/// Not yet
+/// Explain a finding of `bvhc check`: what it means, how it happens, what to do
 #[derive(Debug, Args)]
-pub struct ExplainArgs {}
+#[command(after_help = "Examples:\n  bvhc explain E0402\n  bvhc explain --list")]
+pub struct ExplainArgs {
+    /// Number or name of a rule, such as E0402 or node-child-order
+    #[arg(required_unless_present = "list", value_name = "ID")]
+    ids: Vec<String>,
+    /// List every rule
+    #[arg(long, conflicts_with = "ids")]
+    list: bool,
+}
 
-pub fn run(_args: &ExplainArgs, _context: &Context) -> Result<Exit, Failure> {
-    Err(Failure::new(Exit::Unsupported, "cannot explain yet"))
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    rules: Vec<RuleObject<'a>>,
+}
+
+#[derive(Serialize)]
+struct RuleObject<'a> {
+    id: &'a str,
+    name: &'a str,
+    severity: rules::Severity,
+    headline: &'a str,
+    meaning: &'a str,
+    cause: &'a str,
+    remedy: &'a str,
+    specification: String,
+    vector: String,
+}
+
+pub fn run(args: &ExplainArgs, context: &Context) -> Result<Exit, Failure> {
+    let asked = args.ids.iter().map(|id| rules::find(id).ok_or_else(|| unknown(id)));
+    let chosen: Vec<&rules::Rule> = if args.list { rules::all().collect() } else { asked.collect::<Result<_, _>>()? };
+
+    if context.terminal.json {
+        let document = Document { schema: "bvhc.explain.v1", rules: chosen.into_iter().map(object).collect() };
+        context.terminal.document(&document)?;
+    } else if args.list {
+        let line = |r: &&rules::Rule| format!("{}  {:<26} {}\n", r.id, r.name, r.headline);
+        context.terminal.print(&chosen.iter().map(line).collect::<String>())?;
+    } else {
+        let texts: Vec<String> = chosen.iter().map(|r| r.explain()).collect();
+        context.terminal.print(&texts.join("\n"))?;
+    }
+    Ok(Exit::Success)
+}
+
+fn object(rule: &rules::Rule) -> RuleObject<'_> {
+    RuleObject {
+        id: rule.id,
+        name: rule.name,
+        severity: rule.severity(),
+        headline: rule.headline,
+        meaning: rule.meaning,
+        cause: rule.cause,
+        remedy: rule.remedy,
+        specification: format!("format-spec/SPEC.md#{}", rule.spec),
+        vector: rule.vector(),
+    }
+}
+
+fn unknown(id: &str) -> Failure {
+    Failure::new(Exit::Usage, format!("cannot explain {}", names::escape(id)))
+        .fact("no rule has this number or name")
+        .help("bvhc explain --list shows all of them")
 }

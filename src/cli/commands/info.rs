@@ -1,12 +1,154 @@
+//! `bvhc info`: the facts of a file's header, in one small read.
+
 use crate::cli::Context;
+use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::figures;
+use crate::cli::names;
+use crate::cli::table::Table;
+use crate::report::info::FileInfo;
 use clap::Args;
+use serde::Serialize;
+use std::path::PathBuf;
 
-/// Not yet
+/// Show what the header of cache files says: format, counts, identities, sections
+///
+/// Reads the header, the section table and the provenance, whatever the size of the file. The trees are not looked at.
 #[derive(Debug, Args)]
-pub struct InfoArgs {}
+#[command(after_help = "Examples:\n  bvhc info rock.bvhc\n  bvhc info rock.bvhc --field content_id\n  bvhc info rock.bvhc --field meta.options")]
+pub struct InfoArgs {
+    /// Cache files
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Print one value alone, by its name in --json; a dot leads inwards
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["sections", "json"])]
+    field: Option<String>,
+    /// Show the section table
+    #[arg(long)]
+    sections: bool,
+}
 
-pub fn run(_args: &InfoArgs, _context: &Context) -> Result<Exit, Failure> {
-    Err(Failure::new(Exit::Unsupported, "cannot info yet"))
+#[derive(Serialize)]
+struct Document {
+    schema: &'static str,
+    files: Vec<NamedInfo>,
+}
+
+#[derive(Serialize)]
+struct NamedInfo {
+    path: String,
+    #[serde(flatten)]
+    info: FileInfo,
+}
+
+pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
+    let terminal = &context.terminal;
+    let (infos, exit) = caches::each(&args.files, context, |path| {
+        let cache = caches::open_quick(path, context)?;
+        let info = FileInfo::new(cache.header(), cache.sections(), cache.meta().map(Into::into));
+        Ok((path.to_path_buf(), info))
+    });
+    if terminal.json {
+        let named = |(path, info): (PathBuf, FileInfo)| NamedInfo { path: path.to_string_lossy().into_owned(), info };
+        let files = infos.into_iter().map(named).collect();
+        terminal.document(&Document { schema: "bvhc.info.v1", files })?;
+        return Ok(exit);
+    }
+    for (i, (path, info)) in infos.iter().enumerate() {
+        if let Some(field) = &args.field {
+            terminal.result(&field_of(info, field)?)?;
+            continue;
+        }
+        if args.files.len() > 1 {
+            terminal.print(&format!("{}{}\n", if i > 0 { "\n" } else { "" }, names::path(path)))?;
+        }
+        terminal.print(&text(info))?;
+        if args.sections {
+            terminal.print(&format!("\n{}", sections(info)))?;
+        }
+    }
+    Ok(exit)
+}
+
+fn text(info: &FileInfo) -> String {
+    let mut rows: Vec<(&str, String)> = Vec::new();
+    let version = &info.format;
+    let builder = info.builder.name.clone().unwrap_or_else(|| format!("number {}", info.builder.id));
+    let (builder, tool) = match &info.meta {
+        Some(m) => (format!("{} r{}", m.method, m.builder_revision), format!("  written by {} {}", m.tool, m.tool_version)),
+        None => (builder, String::new()),
+    };
+    rows.push(("format", format!("{}.{} (needs reader {0}.{})", version.major, version.minor, version.min_minor)));
+    rows.push(("builder", format!("{builder}{tool}")));
+
+    // Counts, then what the flags mean for a renderer.
+    let mut tree = format!(
+        "{} nodes · {} tris · {} refs · depth {}",
+        figures::count(info.node_count),
+        figures::count(info.prim_count),
+        figures::count(info.ref_count),
+        info.max_depth
+    );
+    if info.instance_count > 0 {
+        tree += &format!(" · {} trees · {} instances", figures::count(info.blas_count), figures::count(info.instance_count));
+    }
+    rows.push(("tree", tree));
+    rows.push(("flags", info.tree_flags.names.join(" · ")));
+    let b = &info.scene_bounds;
+    rows.push(("bounds", format!("{:?} … {:?}", b.min, b.max)));
+    rows.push(("content", info.content_id.clone()));
+    rows.push(("build", info.build_key.clone()));
+    rows.push(("file", format!("{}  {}", info.file_id, figures::bytes(info.file_len))));
+    let short = |s: &crate::report::info::SectionInfo| format!("{} {} {}", s.kind, figures::bytes(s.stored_len), s.codec);
+    rows.push(("sections", info.sections.iter().map(short).collect::<Vec<_>>().join(" · ")));
+    if let Some(meta) = &info.meta {
+        let options = meta.options.iter().map(|o| format!("{} {}", o.name, o.value)).collect::<Vec<_>>().join(" · ");
+        rows.push(("options", options));
+        for input in &meta.inputs {
+            rows.push(("input", format!("{}  {}  {}", input.name, figures::bytes(input.len), input.blake3)));
+        }
+        let dropped = meta.read_counts.iter().filter(|c| c.count > 0);
+        for count in dropped {
+            rows.push(("read", format!("{} {}", figures::count(count.count), count.name.replace('_', " "))));
+        }
+        for note in &meta.notes {
+            rows.push(("note", note.clone()));
+        }
+    }
+    rows.iter().map(|(label, value)| format!("{label:<9} {}\n", names::escape(value))).collect()
+}
+
+fn sections(info: &FileInfo) -> String {
+    let mut table = Table::default();
+    let heading = ["offset", "stored", "decoded", "records", "size", "codec", "align", "schema", "flags"];
+    table.row("type", heading.map(str::to_string));
+    for s in &info.sections {
+        let ordinal = if s.ordinal == 0 { String::new() } else { format!("[{}]", s.ordinal) };
+        let figures = [s.offset, s.stored_len, s.raw_len, s.elem_count].map(figures::count);
+        let rest = [s.elem_size.to_string(), s.codec.clone(), s.align.to_string(), s.schema.to_string()];
+        table.row(format!("{}{ordinal}", s.kind), figures.into_iter().chain(rest).chain([s.flags.names.join("|")]));
+    }
+    table.render()
+}
+
+/// One value: text without quotes, numbers as they are, anything deeper as JSON.
+fn field_of(info: &FileInfo, name: &str) -> Result<String, Failure> {
+    let all = serde_json::to_value(info).map_err(|e| Failure::new(Exit::Internal, "cannot write JSON").fact(e.to_string()))?;
+    let mut value = &all;
+    for part in name.split('.') {
+        let inner = part.parse::<usize>().ok().and_then(|i| value.get(i)).or_else(|| value.get(part));
+        value = inner.ok_or_else(|| unknown_field(name, part, value))?;
+    }
+    Ok(value.as_str().map_or_else(|| value.to_string(), names::escape))
+}
+
+fn unknown_field(name: &str, part: &str, place: &serde_json::Value) -> Failure {
+    let known = match place {
+        serde_json::Value::Object(map) => map.keys().cloned().collect::<Vec<_>>().join(", "),
+        serde_json::Value::Array(items) => format!("0 to {}", items.len().saturating_sub(1)),
+        _ => "nothing".to_string(),
+    };
+    Failure::new(Exit::Usage, format!("cannot show the field {}", names::escape(name)))
+        .fact(format!("there is no {} here; there is: {known}", names::escape(part)))
 }

@@ -3,13 +3,29 @@
 //! `options` are the flags that change the output, `plan` decides what has to be done and why, `make` does it for one output,
 //! `outcome` says what was done.
 
+mod make;
 pub mod options;
+mod outcome;
+mod plan;
 
+use crate::build::Executor;
+use crate::cache::Codec;
+use crate::cache::keys::Recipe;
 use crate::cli::Context;
+use crate::cli::caches;
+use crate::cli::depfile;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::names;
+use crate::report::info::hex;
+use crate::scene::ReadOptions;
 use clap::Args;
-use std::path::PathBuf;
+use make::Workshop;
+use outcome::{ErrorObject, Outcome, Status};
+use plan::{Job, Verdict};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// Compile models into cache files
 ///
@@ -20,7 +36,7 @@ pub struct BuildArgs {
     /// Models to compile
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// File to write, or with several inputs the folder (`DIR/`) that receives one .bvhc file per input
+    /// File to write, or a folder (`DIR/`) that receives one .bvhc file per input
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
     /// Build even what is up to date
@@ -35,15 +51,33 @@ pub struct BuildArgs {
     /// Give outputs that are up to date a new time stamp, for Make
     #[arg(long)]
     pub touch: bool,
-    /// Do not read the written file back to check it
+    /// Do not read the written file back
     #[arg(long)]
     pub no_check: bool,
-    /// How sections are stored: raw can be mapped, zstd is smaller
-    #[arg(long, value_name = "raw|zstd[:LEVEL]", default_value = "raw")]
-    pub codec: String,
+    /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3)
+    #[arg(long, value_name = "raw|zstd[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
+    pub codec: Codec,
 
     #[command(flatten)]
+    pub read: options::ReadArgs,
+    #[command(flatten)]
     pub tree: options::TreeArgs,
+    #[command(flatten)]
+    pub depfile: DepfileArgs,
+}
+
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Build systems")]
+pub struct DepfileArgs {
+    /// Write the files that the output depends on as a rule for Ninja and Make, also when it is up to date
+    #[arg(long = "depfile", value_name = "FILE")]
+    pub path: Option<PathBuf>,
+    /// Target of the rule; default: the output as given
+    #[arg(long = "depfile-target", value_name = "NAME", requires = "path")]
+    pub target: Option<PathBuf>,
+    /// Add an empty rule for each input, so that Make goes on when one is removed
+    #[arg(long = "depfile-phony", requires = "path")]
+    pub phony: bool,
 }
 
 const EXAMPLES: &str = "Examples:
@@ -52,6 +86,157 @@ const EXAMPLES: &str = "Examples:
   bvhc build rock.gltf -o rock.bvhc --depfile rock.bvhc.d     for Ninja and Make
   bvhc build rock.glb -o rock.bvhc --dry-run                  says why it would build";
 
-pub fn run(_args: &BuildArgs, _context: &Context) -> Result<Exit, Failure> {
-    Err(Failure::new(Exit::Unsupported, "cannot build yet"))
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    exit_code: u8,
+    results: &'a [Outcome],
+}
+
+pub fn run(args: &BuildArgs, context: &Context) -> Result<Exit, Failure> {
+    let jobs = plan::jobs(args)?;
+    let workshop = workshop(args, context)?;
+    let (mut outcomes, mut exits) = (Vec::new(), Vec::new());
+    for job in &jobs {
+        let (outcome, exit) = attend(job, &workshop)?;
+        outcomes.push(outcome);
+        exits.push(exit);
+    }
+
+    // A dry run has failed only where it could not find out; having something to do is an answer.
+    let mut exit = Exit::combine(exits);
+    let stale = outcomes.iter().any(|o| o.status == Status::WouldBuild);
+    if args.exit_code && exit == Exit::Success && stale {
+        exit = Exit::Negative;
+    }
+    if context.terminal.json {
+        let document = Document { schema: "bvhc.build.v1", exit_code: exit.code(), results: &outcomes };
+        context.terminal.document(&document)?;
+    } else if jobs.len() > 1 {
+        context.terminal.note(&summary(&outcomes));
+    }
+    Ok(exit)
+}
+
+fn workshop<'a>(args: &'a BuildArgs, context: &'a Context) -> Result<Workshop<'a>, Failure> {
+    let build = args.tree.resolve();
+    let read = ReadOptions { max_memory: context.global.max_memory, ..args.read.resolve() };
+    let method = build.method.info();
+    let mut recipe = Recipe { method: method.name.into(), builder_revision: method.revision, options: build.effective() };
+    recipe.options.extend(args.read.effective());
+    let exec = Executor::new(context.global.jobs).map_err(|e| caches::build_failure(&e))?;
+    Ok(Workshop { args, context, build, read, codec: args.codec, recipe, exec })
+}
+
+/// Do one job and report it at once. A failure is reported and counted, so that the other jobs go on; only the end of the
+/// whole run (a signal, a closed stdout) comes back as an error.
+fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
+    let terminal = &workshop.context.terminal;
+    match settle(job, workshop) {
+        Ok((outcome, line)) => {
+            if !terminal.json && !terminal.quiet {
+                terminal.result(&line)?;
+            }
+            Ok((outcome, Exit::Success))
+        }
+        Err(failure) if failure.silent || failure.exit == Exit::Interrupted => Err(failure),
+        Err(cause) => {
+            let mut failure = Failure::new(cause.exit, format!("cannot build {}", names::path(&job.output)));
+            failure.facts = std::iter::once(cause.action).chain(cause.facts).collect();
+            failure.help = cause.help;
+            terminal.error(&failure);
+            let mut outcome = Outcome::new(job, Status::Failed);
+            outcome.error = Some(ErrorObject {
+                exit_code: failure.exit.code(),
+                exit_name: failure.exit.name(),
+                error: failure.action,
+                facts: failure.facts,
+            });
+            Ok((outcome, failure.exit))
+        }
+    }
+}
+
+/// Do one job; the line says what was done.
+fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> {
+    let (args, context) = (workshop.args, workshop.context);
+    let verdict = plan::examine(job, &workshop.recipe, workshop.codec, context)?;
+    let name = names::path(&job.output);
+    let reason = match verdict {
+        Verdict::UpToDate { build_key, inputs } if !args.force => {
+            if !args.dry_run {
+                write_depfile(job, args, &inputs)?;
+                if args.touch {
+                    touch(&job.output)?;
+                }
+            }
+            let build_key = hex(&build_key);
+            let line = format!("{name}  up to date (key {})", &build_key[..8]);
+            let outcome = Outcome { build_key: Some(build_key), ..Outcome::new(job, Status::UpToDate) };
+            return Ok((outcome, line));
+        }
+        Verdict::UpToDate { .. } => "forced".to_string(),
+        Verdict::Stale(reason) => reason,
+    };
+    if args.dry_run {
+        let line = format!("{name}  would build: {reason}");
+        return Ok((Outcome { reason: Some(reason), ..Outcome::new(job, Status::WouldBuild) }, line));
+    }
+
+    // Build it, and make the folder first where -o names one.
+    if reason != "missing" {
+        context.terminal.detail(&format!("{name}: {reason}"));
+    }
+    if let Some(folder) = job.output.parent().filter(|_| job.output != args.output) {
+        std::fs::create_dir_all(folder).map_err(|e| io_failure("create", folder, &e))?;
+    }
+    let made = workshop.make(job)?;
+    write_depfile(job, args, &made.inputs)?;
+    context.terminal.detail(&made.built.detail(job));
+    let line = made.built.line(job);
+    let outcome = Outcome {
+        reason: Some(reason),
+        build_key: Some(hex(&made.build_key)),
+        built: Some(made.built),
+        ..Outcome::new(job, Status::Built)
+    };
+    Ok((outcome, line))
+}
+
+fn write_depfile(job: &Job, args: &BuildArgs, inputs: &[PathBuf]) -> Result<(), Failure> {
+    let Some(path) = &args.depfile.path else { return Ok(()) };
+    let target = args.depfile.target.as_deref().unwrap_or(&job.output);
+    let text = depfile::render(target, inputs, args.depfile.phony)?;
+    std::fs::write(path, text).map_err(|e| io_failure("write", path, &e))
+}
+
+fn touch(path: &Path) -> Result<(), Failure> {
+    let file = std::fs::File::options().append(true).open(path);
+    file.and_then(|f| f.set_modified(SystemTime::now())).map_err(|e| io_failure("touch", path, &e))
+}
+
+fn io_failure(verb: &str, path: &Path, error: &std::io::Error) -> Failure {
+    Failure::new(Exit::Io, format!("cannot {verb} {}", names::path(path))).fact(error.to_string())
+}
+
+fn summary(outcomes: &[Outcome]) -> String {
+    let count = |status| outcomes.iter().filter(|o| o.status == status).count();
+    let parts = [(Status::Built, "built"), (Status::WouldBuild, "would be built"), (Status::UpToDate, "up to date")];
+    let failed = std::iter::once((Status::Failed, "failed"));
+    let parts = parts.into_iter().chain(failed).map(|(status, text)| (count(status), text)).filter(|(n, _)| *n > 0);
+    parts.map(|(n, text)| format!("{n} {text}")).collect::<Vec<_>>().join(", ")
+}
+
+/// `raw`, `zstd` or `zstd:LEVEL`.
+pub fn parse_codec(text: &str) -> Result<Codec, String> {
+    let level = |text: &str| text.parse().ok().filter(|l| (1..=22).contains(l));
+    match text.split_once(':') {
+        None if text == "raw" => Ok(Codec::Raw),
+        None if text == "zstd" => Ok(Codec::Zstd { level: 3 }),
+        Some(("zstd", text)) => match level(text) {
+            Some(level) => Ok(Codec::Zstd { level }),
+            None => Err(format!("`{text}` is no zstd level; they are 1 to 22")),
+        },
+        _ => Err(format!("`{text}` is no codec; choose raw, zstd or zstd:LEVEL")),
+    }
 }

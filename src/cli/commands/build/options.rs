@@ -1,6 +1,7 @@
 //! Flags that change the output: a preset and what is set on top of it, turned into [`BuildOptions`].
 
 use crate::build::{Axes, BuildOptions, Clip, Levels, Method, Preset};
+use crate::scene::{Degenerate, ReadOptions};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
@@ -72,6 +73,34 @@ impl TreeArgs {
             unsplit: base.unsplit && !self.no_unsplit,
             levels,
         }
+    }
+}
+
+/// How models are read.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Reading")]
+pub struct ReadArgs {
+    /// What to do with triangles without area
+    #[arg(long, value_enum, value_name = "POLICY", default_value = "drop")]
+    pub degenerate: DegenerateName,
+    /// Let a glTF file name buffers outside its own folder
+    #[arg(long)]
+    pub allow_outside: bool,
+    /// The glTF scene to build; default: the one that the file names
+    #[arg(long, value_name = "N")]
+    pub scene: Option<u32>,
+}
+
+impl ReadArgs {
+    pub fn resolve(&self) -> ReadOptions {
+        let (degenerate, allow_outside, scene) = (self.degenerate.0, self.allow_outside, self.scene);
+        ReadOptions { degenerate, allow_outside, scene, ..ReadOptions::default() }
+    }
+
+    /// The options that decide what is read, for META and the build key; the others only decide whether.
+    pub fn effective(&self) -> Vec<(String, String)> {
+        let scene = self.scene.map_or_else(|| "default".to_string(), |n| n.to_string());
+        vec![("degenerate".into(), self.degenerate.to_string()), ("scene".into(), scene)]
     }
 }
 
@@ -176,6 +205,12 @@ named!(LevelsName, Levels,
     Auto = "auto": "two levels when a mesh stands in several places",
     One = "one": "bake everything into one tree",
     Two = "two": "always a tree over instances",
+);
+
+named!(DegenerateName, Degenerate,
+    Keep = "keep": "keep them",
+    Drop = "drop": "leave them out, since no ray can hit them",
+    Error = "error": "refuse the model",
 );
 
 impl Default for PresetName {

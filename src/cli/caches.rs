@@ -1,0 +1,79 @@
+//! Cache files as inputs of a command, and the library's errors as failures.
+
+use super::Context;
+use super::exit::Exit;
+use super::failure::Failure;
+use crate::build::BuildError;
+use crate::cache::{Cache, CacheError, ErrorKind, OpenOptions, Validation};
+use crate::scene::{self, SceneError};
+use std::path::{Path, PathBuf};
+
+/// Open a file for walking its trees: the bytes are those that were written.
+pub fn open(path: &Path, context: &Context) -> Result<Cache, Failure> {
+    open_at(path, Validation::Hash, context)
+}
+
+/// Open a file for its header, table and META.
+pub fn open_quick(path: &Path, context: &Context) -> Result<Cache, Failure> {
+    open_at(path, Validation::Quick, context)
+}
+
+fn open_at(path: &Path, validation: Validation, context: &Context) -> Result<Cache, Failure> {
+    let (mmap, max_memory) = (!context.global.no_mmap, context.global.max_memory);
+    Cache::open_with(path, &OpenOptions { validation, mmap, max_memory }).map_err(|e| failure(&e))
+}
+
+/// Do the same for every file: failures are reported at once and do not stop the others; the exit code is the common one.
+pub fn each<T>(
+    paths: &[PathBuf],
+    context: &Context,
+    mut work: impl FnMut(&Path) -> Result<T, Failure>,
+) -> (Vec<T>, Exit) {
+    let (mut results, mut exits) = (Vec::new(), Vec::new());
+    for path in paths {
+        match work(path) {
+            Ok(result) => {
+                results.push(result);
+                exits.push(Exit::Success);
+            }
+            Err(failure) => {
+                context.terminal.error(&failure);
+                exits.push(failure.exit);
+            }
+        }
+    }
+    (results, Exit::combine(exits))
+}
+
+pub fn failure(error: &CacheError) -> Failure {
+    let exit = match error.kind() {
+        ErrorKind::Io => Exit::Io,
+        ErrorKind::Invalid => Exit::Negative,
+        ErrorKind::Unsupported => Exit::Unsupported,
+        ErrorKind::Limit => Exit::Limit,
+        ErrorKind::Internal => Exit::Internal,
+    };
+    Failure::from_message(exit, &error.to_string())
+}
+
+pub fn scene_failure(error: &SceneError) -> Failure {
+    let exit = match error.kind() {
+        scene::ErrorKind::Io => Exit::Io,
+        scene::ErrorKind::BadModel => Exit::Model,
+        scene::ErrorKind::Unsupported => Exit::Unsupported,
+        scene::ErrorKind::Limit => Exit::Limit,
+    };
+    Failure::from_message(exit, &error.to_string())
+}
+
+pub fn build_failure(error: &BuildError) -> Failure {
+    let exit = match error {
+        BuildError::Cancelled => return Failure::interrupted(),
+        BuildError::TooLarge { .. } => Exit::Limit,
+        BuildError::Option { .. } => Exit::Usage,
+        BuildError::NonFinite { .. } => Exit::Model,
+        BuildError::MeshIndex { .. } => Exit::Internal,
+        BuildError::Threads { .. } => Exit::Io,
+    };
+    Failure::from_message(exit, &error.to_string())
+}

@@ -1,0 +1,121 @@
+//! One build from model to file.
+
+use super::BuildArgs;
+use super::outcome::{Built, Times, dropped};
+use super::plan::{Job, hash_file, same_file};
+use crate::build::{self, BuildOptions, Executor};
+use crate::cache::keys::Recipe;
+use crate::cache::{self, Codec, Image, Meta, WriteOptions};
+use crate::cli::Context;
+use crate::cli::caches;
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::interrupt;
+use crate::cli::names;
+use crate::cli::progress::Bar;
+use crate::scene::{self, InputFile, ReadOptions, Scene};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Everything that is the same for all jobs of a run.
+pub struct Workshop<'a> {
+    pub args: &'a BuildArgs,
+    pub context: &'a Context,
+    pub build: BuildOptions,
+    pub read: ReadOptions,
+    pub codec: Codec,
+    pub recipe: Recipe,
+    pub exec: Executor,
+}
+
+/// A finished build.
+pub struct Made {
+    pub built: Built,
+    pub build_key: [u8; 32],
+    pub inputs: Vec<PathBuf>,
+}
+
+impl Workshop<'_> {
+    /// Read, build, write. Nothing is written before everything else has succeeded.
+    pub fn make(&self, job: &Job) -> Result<Made, Failure> {
+        let start = Instant::now();
+        let name = names::path(&job.output);
+        let bar = Bar::new(&self.context.terminal, &name);
+        let scene = self.read(job, &bar)?;
+        let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
+        let read_time = start.elapsed();
+        if let Some(dropped) = dropped(&report) {
+            self.context.terminal.warn(&format!("{}: left out {dropped}", names::path(&job.input)));
+        }
+
+        bar.phase("building", build::primitives_to_build(&scene, &self.build));
+        let accel = build::compile(scene, &self.build, &self.exec, &bar).map_err(|e| caches::build_failure(&e))?;
+        let image = Image::new(&accel);
+        drop(accel);
+        let build_time = start.elapsed() - read_time;
+
+        bar.spin("writing");
+        unchanged(&inputs)?;
+        let meta = Meta::new(self.recipe.clone(), &inputs, &report);
+        let publishing = interrupt::publish()?;
+        let options = WriteOptions { codec: self.codec };
+        let written = cache::write_file(&job.output, &image, &meta, &options).map_err(|e| caches::failure(&e))?;
+        drop(publishing);
+        if !self.args.no_check {
+            self.check(job, written.header.file_id)?;
+        }
+        let total = start.elapsed();
+        let times = Times {
+            read_ms: millis(read_time),
+            build_ms: millis(build_time),
+            write_ms: millis(total.saturating_sub(read_time + build_time)),
+            total_ms: millis(total),
+        };
+        Ok(Made {
+            built: Built::new(&image, &written, report, times),
+            build_key: written.header.build_key,
+            inputs: inputs.into_iter().map(|i| i.path).collect(),
+        })
+    }
+
+    fn read(&self, job: &Job, bar: &Bar) -> Result<Scene, Failure> {
+        bar.phase("reading", 1);
+        let mut progress = |done: u64, length: u64| bar.set(done, length);
+        let scene = scene::read_with(&job.input, &self.read, &mut progress).map_err(|e| caches::scene_failure(&e))?;
+        match scene.inputs.iter().find(|i| same_file(&i.path, &job.output)) {
+            Some(input) => Err(Failure::new(Exit::Usage, format!("cannot write {}", names::path(&job.output)))
+                .fact(format!("it is {}, a file that the model is read from", names::path(&input.path)))
+                .help("name another output with -o")),
+            None => Ok(scene),
+        }
+    }
+
+    /// Read the new file back far enough to know that the header, the table and every size are what was written.
+    fn check(&self, job: &Job, file_id: [u8; 32]) -> Result<(), Failure> {
+        let head = caches::open_quick(&job.output, self.context)?;
+        if head.header().file_id == file_id {
+            return Ok(());
+        }
+        Err(Failure::new(Exit::TryAgain, format!("cannot vouch for {}", names::path(&job.output)))
+            .fact("another process replaced it after it was written")
+            .help("run one build of an output at a time"))
+    }
+}
+
+/// An editor or exporter may write while we read: then the tree is of no model that ever was.
+fn unchanged(inputs: &[InputFile]) -> Result<(), Failure> {
+    for input in inputs {
+        let len = input.path.metadata().map(|m| m.len());
+        let same = matches!(len, Ok(len) if len == input.len) && matches!(hash_file(&input.path), Ok(h) if h == input.blake3);
+        if !same {
+            return Err(Failure::new(Exit::TryAgain, "the input changed")
+                .fact(format!("{} is no longer the file that was read", names::path(&input.path)))
+                .help("nothing was written; run the same command again"));
+        }
+    }
+    Ok(())
+}
+
+fn millis(d: Duration) -> f64 {
+    (d.as_secs_f64() * 1e5).round() / 1e2
+}
