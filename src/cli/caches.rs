@@ -70,8 +70,8 @@ pub fn build_failure(error: &BuildError) -> Failure {
     let exit = match error {
         BuildError::Cancelled => return Failure::interrupted(),
         BuildError::TooLarge { .. } => Exit::Limit,
-        BuildError::Option { .. } => Exit::Usage,
-        BuildError::NonFinite { .. } => Exit::Model,
+        BuildError::Option { .. } | BuildError::UnknownName { .. } => Exit::Usage,
+        BuildError::OutOfRange { .. } => Exit::Model,
         BuildError::MeshIndex { .. } => Exit::Internal,
         BuildError::Threads { .. } => Exit::Io,
     };

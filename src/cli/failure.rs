@@ -106,7 +106,9 @@ impl Failure {
 fn decapitalise(text: &str) -> String {
     let mut chars = text.chars();
     match chars.next() {
-        Some(first) if chars.clone().next().is_some_and(char::is_lowercase) => first.to_lowercase().chain(chars).collect(),
+        Some(first) if chars.clone().next().is_some_and(char::is_lowercase) => {
+            first.to_lowercase().chain(chars).collect()
+        }
         _ => text.to_string(),
     }
 }
@@ -132,6 +134,9 @@ mod tests {
     fn json_carries_code_and_name() {
         let f = Failure::new(Exit::TryAgain, "the input changed").help("again");
         let v: serde_json::Value = serde_json::from_str(&f.to_json()).unwrap();
-        assert_eq!((v["reason"].as_str(), v["exit_code"].as_u64(), v["exit_name"].as_str()), (Some("error"), Some(75), Some("try-again")));
+        assert_eq!(
+            (v["reason"].as_str(), v["exit_code"].as_u64(), v["exit_name"].as_str()),
+            (Some("error"), Some(75), Some("try-again"))
+        );
     }
 }

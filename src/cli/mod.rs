@@ -14,8 +14,8 @@
 //! Results go to stdout; progress, warnings and errors go to stderr.
 
 pub mod args;
-pub mod commands;
 mod caches;
+pub mod commands;
 mod depfile;
 pub mod exit;
 mod failure;

@@ -1,12 +1,95 @@
+//! `bvhc convert`: another codec, the same content.
+
+use super::build::parse_codec;
+use super::build::same_file;
+use crate::cache::{self, Codec, ConvertOptions, OpenOptions, Validation, WriteOptions};
 use crate::cli::Context;
+use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::figures;
+use crate::cli::interrupt;
+use crate::cli::names;
+use crate::report::info::hex;
 use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 
-/// Not yet
+/// Store a cache file with another codec; its content stays the same, and so does its content id
 #[derive(Debug, Args)]
-pub struct ConvertArgs {}
+#[command(
+    after_help = "Examples:\n  bvhc convert rock.bvhc -o rock.small.bvhc --codec zstd:19\n  bvhc convert rock.small.bvhc -o rock.bvhc --codec raw"
+)]
+pub struct ConvertArgs {
+    /// Cache file to read
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// Cache file to write
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3)
+    #[arg(long, value_name = "raw|zstd[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
+    codec: Codec,
+    /// Leave out the provenance; `bvhc build` then takes the file for out of date
+    #[arg(long)]
+    drop_meta: bool,
+    /// Leave out sections that this version does not know
+    #[arg(long)]
+    strip_unknown: bool,
+}
 
-pub fn run(_args: &ConvertArgs, _context: &Context) -> Result<Exit, Failure> {
-    Err(Failure::new(Exit::Unsupported, "cannot convert yet"))
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    input: &'a str,
+    output: &'a str,
+    input_len: u64,
+    output_len: u64,
+    content_id: String,
+    dropped: Vec<String>,
+}
+
+pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
+    if same_file(&args.input, &args.output) {
+        return Err(Failure::new(Exit::Usage, "cannot convert a file into itself")
+            .fact(format!("{} and {} are one file", names::path(&args.input), names::path(&args.output)))
+            .help("name another output with -o"));
+    }
+    let (mmap, max_memory) = (!context.global.no_mmap, context.global.max_memory);
+    let open = OpenOptions { validation: Validation::Hash, mmap, max_memory };
+    let write = WriteOptions { codec: args.codec };
+    let options = ConvertOptions { write, strip_unknown: args.strip_unknown, drop_meta: args.drop_meta };
+
+    // The permission to write is held over the reading too: the library does both in one step.
+    let publishing = interrupt::publish()?;
+    let done = cache::convert(&args.input, &args.output, &open, &options).map_err(|e| caches::failure(&e))?;
+    drop(publishing);
+    let input_len = length(&args.input);
+    let header = done.written.header;
+    let dropped: Vec<String> = done.dropped.iter().map(ToString::to_string).collect();
+    if context.terminal.json {
+        context.terminal.document(&Document {
+            schema: "bvhc.convert.v1",
+            input: &args.input.to_string_lossy(),
+            output: &args.output.to_string_lossy(),
+            input_len,
+            output_len: header.file_len,
+            content_id: hex(&header.content_id),
+            dropped,
+        })?;
+        return Ok(Exit::Success);
+    }
+    if !dropped.is_empty() {
+        context.terminal.warn(&format!("left out {}", dropped.join(", ")));
+    }
+    if !context.terminal.quiet {
+        let (from, to) = (figures::bytes(input_len), figures::bytes(header.file_len));
+        let id = &hex(&header.content_id)[..8];
+        context.terminal.result(&format!("{}  {from} → {to}, content {id} unchanged", names::path(&args.output)))?;
+    }
+    Ok(Exit::Success)
+}
+
+fn length(path: &Path) -> u64 {
+    path.metadata().map_or(0, |m| m.len())
 }

@@ -16,7 +16,9 @@ use std::path::PathBuf;
 ///
 /// Reads the header, the section table and the provenance, whatever the size of the file. The trees are not looked at.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  bvhc info rock.bvhc\n  bvhc info rock.bvhc --field content_id\n  bvhc info rock.bvhc --field meta.options")]
+#[command(
+    after_help = "Examples:\n  bvhc info rock.bvhc\n  bvhc info rock.bvhc --field content_id\n  bvhc info rock.bvhc --field meta.options"
+)]
 pub struct InfoArgs {
     /// Cache files
     #[arg(required = true, value_name = "FILE")]
@@ -76,7 +78,9 @@ fn text(info: &FileInfo) -> String {
     let version = &info.format;
     let builder = info.builder.name.clone().unwrap_or_else(|| format!("number {}", info.builder.id));
     let (builder, tool) = match &info.meta {
-        Some(m) => (format!("{} r{}", m.method, m.builder_revision), format!("  written by {} {}", m.tool, m.tool_version)),
+        Some(m) => {
+            (format!("{} r{}", m.method, m.builder_revision), format!("  written by {} {}", m.tool, m.tool_version))
+        }
         None => (builder, String::new()),
     };
     rows.push(("format", format!("{}.{} (needs reader {0}.{})", version.major, version.minor, version.min_minor)));
@@ -91,7 +95,11 @@ fn text(info: &FileInfo) -> String {
         info.max_depth
     );
     if info.instance_count > 0 {
-        tree += &format!(" · {} trees · {} instances", figures::count(info.blas_count), figures::count(info.instance_count));
+        tree += &format!(
+            " · {} trees · {} instances",
+            figures::count(info.blas_count),
+            figures::count(info.instance_count)
+        );
     }
     rows.push(("tree", tree));
     rows.push(("flags", info.tree_flags.names.join(" · ")));
@@ -100,7 +108,8 @@ fn text(info: &FileInfo) -> String {
     rows.push(("content", info.content_id.clone()));
     rows.push(("build", info.build_key.clone()));
     rows.push(("file", format!("{}  {}", info.file_id, figures::bytes(info.file_len))));
-    let short = |s: &crate::report::info::SectionInfo| format!("{} {} {}", s.kind, figures::bytes(s.stored_len), s.codec);
+    let short =
+        |s: &crate::report::info::SectionInfo| format!("{} {} {}", s.kind, figures::bytes(s.stored_len), s.codec);
     rows.push(("sections", info.sections.iter().map(short).collect::<Vec<_>>().join(" · ")));
     if let Some(meta) = &info.meta {
         let options = meta.options.iter().map(|o| format!("{} {}", o.name, o.value)).collect::<Vec<_>>().join(" · ");
@@ -134,7 +143,8 @@ fn sections(info: &FileInfo) -> String {
 
 /// One value: text without quotes, numbers as they are, anything deeper as JSON.
 fn field_of(info: &FileInfo, name: &str) -> Result<String, Failure> {
-    let all = serde_json::to_value(info).map_err(|e| Failure::new(Exit::Internal, "cannot write JSON").fact(e.to_string()))?;
+    let all = serde_json::to_value(info)
+        .map_err(|e| Failure::new(Exit::Internal, "cannot write JSON").fact(e.to_string()))?;
     let mut value = &all;
     for part in name.split('.') {
         let inner = part.parse::<usize>().ok().and_then(|i| value.get(i)).or_else(|| value.get(part));

@@ -116,7 +116,8 @@ fn text(reports: &[FileReport], paths: &[PathBuf], depths: bool) -> String {
     // The histograms: leaves by size always, since few sizes occur; nodes by depth on demand.
     table.gap();
     table.row("leaves by size", []);
-    let sizes: std::collections::BTreeSet<u32> = reports.iter().flat_map(|r| r.blas.leaf_sizes.iter().map(|l| l.0)).collect();
+    let sizes: std::collections::BTreeSet<u32> =
+        reports.iter().flat_map(|r| r.blas.leaf_sizes.iter().map(|l| l.0)).collect();
     for size in sizes {
         let of = |r: &FileReport| r.blas.leaf_sizes.iter().find(|l| l.0 == size).map_or(0, |l| l.1);
         table.row(format!("{size:>4}"), reports.iter().map(|r| counted(of(r), r.blas.leaves)));

@@ -2,7 +2,7 @@
 
 use super::BuildArgs;
 use super::outcome::{Built, Times, dropped};
-use super::plan::{Job, hash_file, same_file};
+use super::plan::{Job, same_file};
 use crate::build::{self, BuildOptions, Executor};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Image, Meta, WriteOptions};
@@ -105,9 +105,8 @@ impl Workshop<'_> {
 /// An editor or exporter may write while we read: then the tree is of no model that ever was.
 fn unchanged(inputs: &[InputFile]) -> Result<(), Failure> {
     for input in inputs {
-        let len = input.path.metadata().map(|m| m.len());
-        let same = matches!(len, Ok(len) if len == input.len) && matches!(hash_file(&input.path), Ok(h) if h == input.blake3);
-        if !same {
+        let now = cache::hash_file(&input.path);
+        if !matches!(now, Ok(now) if now == (input.len, input.blake3)) {
             return Err(Failure::new(Exit::TryAgain, "the input changed")
                 .fact(format!("{} is no longer the file that was read", names::path(&input.path)))
                 .help("nothing was written; run the same command again"));

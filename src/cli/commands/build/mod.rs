@@ -22,6 +22,7 @@ use crate::scene::ReadOptions;
 use clap::Args;
 use make::Workshop;
 use outcome::{ErrorObject, Outcome, Status};
+pub use plan::same_file;
 use plan::{Job, Verdict};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -122,7 +123,8 @@ fn workshop<'a>(args: &'a BuildArgs, context: &'a Context) -> Result<Workshop<'a
     let build = args.tree.resolve();
     let read = ReadOptions { max_memory: context.global.max_memory, ..args.read.resolve() };
     let method = build.method.info();
-    let mut recipe = Recipe { method: method.name.into(), builder_revision: method.revision, options: build.effective() };
+    let mut recipe =
+        Recipe { method: method.name.into(), builder_revision: method.revision, options: build.effective() };
     recipe.options.extend(args.read.effective());
     let exec = Executor::new(context.global.jobs).map_err(|e| caches::build_failure(&e))?;
     Ok(Workshop { args, context, build, read, codec: args.codec, recipe, exec })
@@ -160,7 +162,7 @@ fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
 /// Do one job; the line says what was done.
 fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> {
     let (args, context) = (workshop.args, workshop.context);
-    let verdict = plan::examine(job, &workshop.recipe, workshop.codec, context)?;
+    let verdict = plan::examine(job, &workshop.recipe, workshop.codec);
     let name = names::path(&job.output);
     let reason = match verdict {
         Verdict::UpToDate { build_key, inputs } if !args.force => {
@@ -229,14 +231,5 @@ fn summary(outcomes: &[Outcome]) -> String {
 
 /// `raw`, `zstd` or `zstd:LEVEL`.
 pub fn parse_codec(text: &str) -> Result<Codec, String> {
-    let level = |text: &str| text.parse().ok().filter(|l| (1..=22).contains(l));
-    match text.split_once(':') {
-        None if text == "raw" => Ok(Codec::Raw),
-        None if text == "zstd" => Ok(Codec::Zstd { level: 3 }),
-        Some(("zstd", text)) => match level(text) {
-            Some(level) => Ok(Codec::Zstd { level }),
-            None => Err(format!("`{text}` is no zstd level; they are 1 to 22")),
-        },
-        _ => Err(format!("`{text}` is no codec; choose raw, zstd or zstd:LEVEL")),
-    }
+    Codec::parse(text).ok_or_else(|| "choose raw, zstd or zstd:LEVEL with a level of 1 to 22".to_string())
 }

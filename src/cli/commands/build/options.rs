@@ -1,23 +1,23 @@
 //! Flags that change the output: a preset and what is set on top of it, turned into [`BuildOptions`].
 
-use crate::build::{Axes, BuildOptions, Clip, Levels, Method, Preset};
+use crate::build::{Axes, BuildOptions, Clip, Levels, Method, Named, Preset};
 use crate::scene::{Degenerate, ReadOptions};
-use clap::builder::PossibleValue;
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 /// The flags as typed. Each one overrides the preset.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Tree options")]
 pub struct TreeArgs {
     /// Where to start from; the flags below override it
-    #[arg(long, value_enum, value_name = "NAME", default_value = "best", long_help = preset_help())]
-    pub preset: PresetName,
-    /// How trees are built
-    #[arg(long, visible_alias = "builder", value_enum, value_name = "NAME")]
-    pub method: Option<MethodName>,
+    #[arg(long, value_parser = choice::<Preset>(), value_name = "NAME", default_value = "best", long_help = preset_help())]
+    pub preset: Preset,
+    /// How trees are built: binned (object splits only) or sbvh (object and spatial splits)
+    #[arg(long, visible_alias = "builder", value_parser = choice::<Method>(), value_name = "NAME")]
+    pub method: Option<Method>,
     /// Axes on which object bins are tried
-    #[arg(long, value_enum, value_name = "WHICH")]
-    pub axes: Option<AxesName>,
+    #[arg(long, value_parser = choice::<Axes>(), value_name = "WHICH")]
+    pub axes: Option<Axes>,
     /// Object bins per axis
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=256))]
     pub bins: Option<u32>,
@@ -34,8 +34,8 @@ pub struct TreeArgs {
     #[arg(long, value_name = "COST", value_parser = positive)]
     pub sah_isect: Option<f32>,
     /// What a spatial split cuts: the reference's box (quicker) or the triangle itself (tighter)
-    #[arg(long, value_enum, value_name = "HOW")]
-    pub clip: Option<ClipName>,
+    #[arg(long, value_parser = choice::<Clip>(), value_name = "HOW")]
+    pub clip: Option<Clip>,
     /// Try a spatial split where the object split's children overlap by more than this share of the root's area; 0 tries
     /// everywhere, 1 nowhere
     #[arg(long, value_name = "SHARE", value_parser = share)]
@@ -47,8 +47,8 @@ pub struct TreeArgs {
     #[arg(long)]
     pub no_unsplit: bool,
     /// One tree over everything, or one per mesh and one over the instances
-    #[arg(long, value_enum, value_name = "HOW", conflicts_with = "flatten")]
-    pub levels: Option<LevelsName>,
+    #[arg(long, value_parser = choice::<Levels>(), value_name = "HOW", conflicts_with = "flatten")]
+    pub levels: Option<Levels>,
     /// Bake all instances into one tree; short for `--levels one`
     #[arg(long)]
     pub flatten: bool,
@@ -57,17 +57,17 @@ pub struct TreeArgs {
 impl TreeArgs {
     /// The preset with every flag that was typed on top.
     pub fn resolve(&self) -> BuildOptions {
-        let base = BuildOptions::preset(self.preset.0);
-        let levels = if self.flatten { Levels::One } else { self.levels.map_or(base.levels, |n| n.0) };
+        let base = BuildOptions::preset(self.preset);
+        let levels = if self.flatten { Levels::One } else { self.levels.unwrap_or(base.levels) };
         BuildOptions {
-            method: self.method.map_or(base.method, |n| n.0),
-            axes: self.axes.map_or(base.axes, |n| n.0),
+            method: self.method.unwrap_or(base.method),
+            axes: self.axes.unwrap_or(base.axes),
             bins: self.bins.unwrap_or(base.bins),
             spatial_bins: self.spatial_bins.unwrap_or(base.spatial_bins),
             max_leaf: self.max_leaf.unwrap_or(base.max_leaf),
             traversal_cost: self.sah_trav.unwrap_or(base.traversal_cost),
             intersection_cost: self.sah_isect.unwrap_or(base.intersection_cost),
-            clip: self.clip.map_or(base.clip, |n| n.0),
+            clip: self.clip.unwrap_or(base.clip),
             split_alpha: self.split_alpha.unwrap_or(base.split_alpha),
             split_budget: self.split_budget.unwrap_or(base.split_budget),
             unsplit: base.unsplit && !self.no_unsplit,
@@ -81,8 +81,8 @@ impl TreeArgs {
 #[command(next_help_heading = "Reading")]
 pub struct ReadArgs {
     /// What to do with triangles without area
-    #[arg(long, value_enum, value_name = "POLICY", default_value = "drop")]
-    pub degenerate: DegenerateName,
+    #[arg(long, value_parser = choice::<Degenerate>(), value_name = "POLICY", default_value = "drop")]
+    pub degenerate: Degenerate,
     /// Let a glTF file name buffers outside its own folder
     #[arg(long)]
     pub allow_outside: bool,
@@ -93,43 +93,30 @@ pub struct ReadArgs {
 
 impl ReadArgs {
     pub fn resolve(&self) -> ReadOptions {
-        let (degenerate, allow_outside, scene) = (self.degenerate.0, self.allow_outside, self.scene);
+        let (degenerate, allow_outside, scene) = (self.degenerate, self.allow_outside, self.scene);
         ReadOptions { degenerate, allow_outside, scene, ..ReadOptions::default() }
     }
 
     /// The options that decide what is read, for META and the build key; the others only decide whether.
     pub fn effective(&self) -> Vec<(String, String)> {
         let scene = self.scene.map_or_else(|| "default".to_string(), |n| n.to_string());
-        vec![("degenerate".into(), self.degenerate.to_string()), ("scene".into(), scene)]
+        vec![("degenerate".into(), self.degenerate.name().to_string()), ("scene".into(), scene)]
     }
 }
 
-/// The flags that say the same as these options: how help shows a preset, and what `info` prints of a file.
-pub fn as_flags(o: &BuildOptions) -> String {
-    let mut flags = format!("--method {} --axes {} --bins {}", MethodName(o.method), AxesName(o.axes), o.bins);
-    if o.method == Method::Sbvh {
-        flags += &format!(
-            " --spatial-bins {} --clip {} --split-alpha {} --split-budget {}{}",
-            o.spatial_bins,
-            ClipName(o.clip),
-            o.split_alpha,
-            o.split_budget,
-            if o.unsplit { "" } else { " --no-unsplit" }
-        );
-    }
-    flags
-        + &format!(
-            " --max-leaf {} --sah-trav {} --sah-isect {} --levels {}",
-            o.max_leaf,
-            o.traversal_cost,
-            o.intersection_cost,
-            LevelsName(o.levels)
-        )
+/// The flags that say the same as these options; those that the method does not read are left out.
+pub fn as_flags(options: &BuildOptions) -> String {
+    let flag = |(name, value): (String, String)| match (name.as_str(), value.as_str()) {
+        ("unsplit", "true") => String::new(),
+        ("unsplit", _) => " --no-unsplit".to_string(),
+        _ => format!(" --{name} {value}"),
+    };
+    format!("--method {}", options.method) + &options.effective().into_iter().map(flag).collect::<String>()
 }
 
 /// Each preset with its expansion, one a line.
 pub fn preset_lines() -> Vec<(String, String)> {
-    PresetName::value_variants().iter().map(|p| (p.to_string(), as_flags(&BuildOptions::preset(p.0)))).collect()
+    Preset::names().iter().map(|(p, name)| (name.to_string(), as_flags(&BuildOptions::preset(*p)))).collect()
 }
 
 fn preset_help() -> String {
@@ -156,66 +143,17 @@ fn factor(text: &str) -> Result<f32, String> {
     number(text).and_then(|v| if (1.0..=64.0).contains(&v) { Ok(v) } else { Err(format!("{v} is not in 1..64")) })
 }
 
-/// Give a library enum its names on the command line, in a wrapper, so that the library needs no clap.
-macro_rules! named {
-    ($wrapper:ident, $inner:ident, $( $variant:ident = $name:literal : $help:literal ),+ $(,)?) => {
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub struct $wrapper(pub $inner);
-
-        impl ValueEnum for $wrapper {
-            fn value_variants<'a>() -> &'a [Self] {
-                &[$( $wrapper($inner::$variant) ),+]
-            }
-
-            fn to_possible_value(&self) -> Option<PossibleValue> {
-                Some(match self.0 {
-                    $( $inner::$variant => PossibleValue::new($name).help($help) ),+
-                })
-            }
-        }
-
-        impl std::fmt::Display for $wrapper {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str(match self.0 {
-                    $( $inner::$variant => $name ),+
-                })
-            }
-        }
-    };
+/// A closed set of the library as values of a flag: its names are the choices.
+fn choice<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    let names = T::names().into_iter().map(|(_, name)| PossibleValue::new(name));
+    PossibleValuesParser::new(names).try_map(|text| T::parse(&text))
 }
 
-named!(PresetName, Preset,
-    Draft = "draft": "object splits only: quickest to build",
-    Balanced = "balanced": "spatial splits with fewer bins and a smaller budget",
-    Best = "best": "spatial splits with full effort: quickest to trace",
-);
-named!(MethodName, Method,
-    Binned = "binned": "object splits on binned centroids (Wald 2007)",
-    Sbvh = "sbvh": "object and spatial splits (Stich et al. 2009)",
-);
-named!(AxesName, Axes,
-    All = "all": "every axis",
-    Longest = "longest": "only the longest; worse on architecture",
-);
-named!(ClipName, Clip,
-    Box = "box": "cut the box only",
-    Exact = "exact": "cut the triangle",
-);
-named!(LevelsName, Levels,
-    Auto = "auto": "two levels when a mesh stands in several places",
-    One = "one": "bake everything into one tree",
-    Two = "two": "always a tree over instances",
-);
+impl Named for Degenerate {
+    const KIND: &'static str = "policy";
 
-named!(DegenerateName, Degenerate,
-    Keep = "keep": "keep them",
-    Drop = "drop": "leave them out, since no ray can hit them",
-    Error = "error": "refuse the model",
-);
-
-impl Default for PresetName {
-    fn default() -> Self {
-        PresetName(Preset::Best)
+    fn names() -> Vec<(Self, &'static str)> {
+        vec![(Degenerate::Keep, "keep"), (Degenerate::Drop, "drop"), (Degenerate::Error, "error")]
     }
 }
 

@@ -2,15 +2,11 @@
 
 use super::BuildArgs;
 use crate::cache::keys::Recipe;
-use crate::cache::{Codec, Dependency, SectionEntry};
-use crate::cli::Context;
-use crate::cli::caches;
+use crate::cache::{self, Codec, Freshness, SectionEntry};
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// One output and what it is made from.
@@ -23,7 +19,10 @@ pub struct Job {
 /// Whether a job has anything to do.
 #[derive(Clone, Debug)]
 pub enum Verdict {
-    UpToDate { build_key: [u8; 32], inputs: Vec<PathBuf> },
+    UpToDate {
+        build_key: [u8; 32],
+        inputs: Vec<PathBuf>,
+    },
     /// With the reason, as a phrase: `rock.bin changed`.
     Stale(String),
 }
@@ -31,15 +30,21 @@ pub enum Verdict {
 /// Name each input's output, and refuse what could lose data: two inputs for one output, or an output that is an input.
 pub fn jobs(args: &BuildArgs) -> Result<Vec<Job>, Failure> {
     let refuse = |fact: String| Failure::new(Exit::Usage, "cannot build").fact(fact);
-    let ends_in_separator = args.output.as_os_str().as_encoded_bytes().last().is_some_and(|b| *b == b'/' || *b == b'\\' && cfg!(windows));
+    let ends_in_separator =
+        args.output.as_os_str().as_encoded_bytes().last().is_some_and(|b| *b == b'/' || *b == b'\\' && cfg!(windows));
     let into_folder = ends_in_separator || args.output.is_dir();
     if args.inputs.len() > 1 && !into_folder {
-        let fact = format!("{} inputs need a folder to go to, and {} is not one", args.inputs.len(), names::path(&args.output));
+        let fact = format!(
+            "{} inputs need a folder to go to, and {} is not one",
+            args.inputs.len(),
+            names::path(&args.output)
+        );
         return Err(refuse(fact).help(format!("write -o {}/ to make it a folder", names::path(&args.output))));
     }
     if let Some(depfile) = &args.depfile.path {
         if args.inputs.len() > 1 {
-            return Err(refuse("one --depfile describes one output, and there are several".into()).help("build the inputs one by one"));
+            return Err(refuse("one --depfile describes one output, and there are several".into())
+                .help("build the inputs one by one"));
         }
         if let Some(input) = args.inputs.iter().find(|i| same_file(i, depfile)) {
             return Err(refuse(format!("the depfile would overwrite the input {}", names::path(input))));
@@ -59,7 +64,12 @@ pub fn jobs(args: &BuildArgs) -> Result<Vec<Job>, Failure> {
             args.output.clone()
         };
         if let Some(other) = owners.insert(output.clone(), input.clone()) {
-            let fact = format!("{} and {} would both become {}", names::path(&other), names::path(input), names::path(&output));
+            let fact = format!(
+                "{} and {} would both become {}",
+                names::path(&other),
+                names::path(input),
+                names::path(&output)
+            );
             return Err(refuse(fact).help("build one of them into another folder"));
         }
         jobs.push(Job { input: input.clone(), output });
@@ -88,86 +98,15 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Compare an output with what building it now would give, without parsing any model: the output itself lists its inputs.
-pub fn examine(job: &Job, recipe: &Recipe, codec: Codec, context: &Context) -> Result<Verdict, Failure> {
-    let stale = |reason: String| Ok(Verdict::Stale(reason));
-    if !job.output.exists() {
-        return stale("missing".into());
+/// Compare an output with what building it now would give.
+pub fn examine(job: &Job, recipe: &Recipe, codec: Codec) -> Verdict {
+    match cache::freshness(&job.output, &job.input, recipe) {
+        Freshness::Stale(reason) => Verdict::Stale(names::escape(&reason.to_string())),
+        Freshness::Fresh { cache, inputs } => match codec_change(cache.sections(), codec) {
+            Some(reason) => Verdict::Stale(reason.to_string()),
+            None => Verdict::UpToDate { build_key: cache.header().build_key, inputs },
+        },
     }
-    let head = match caches::open_quick(&job.output, context) {
-        Ok(head) => head,
-        Err(failure) => {
-            return stale(format!("not a usable cache: {}", failure.facts.first().unwrap_or(&failure.action)));
-        }
-    };
-    let Some(meta) = head.meta() else { return stale("it does not say what it was built from".into()) };
-    if let Some(reason) = recipe_change(&meta.recipe(), recipe) {
-        return stale(reason);
-    }
-    if let Some(reason) = codec_change(head.sections(), codec) {
-        return stale(reason.to_string());
-    }
-    if meta.build_key() != head.header().build_key {
-        return stale("its build key does not follow from its META".into());
-    }
-
-    // Read every file that it was built from and compare.
-    let folder = job.input.parent().unwrap_or(Path::new(""));
-    let mut inputs = Vec::new();
-    for dependency in &meta.dependencies {
-        let path = if dependency.role == Dependency::MODEL { job.input.clone() } else { folder.join(&dependency.name) };
-        if let Some(reason) = input_change(&path, dependency)? {
-            return stale(reason);
-        }
-        inputs.push(path);
-    }
-    Ok(Verdict::UpToDate { build_key: head.header().build_key, inputs })
-}
-
-/// The first difference between two recipes as a phrase.
-fn recipe_change(old: &Recipe, new: &Recipe) -> Option<String> {
-    if old.method != new.method {
-        return Some(format!("method {} → {}", names::escape(&old.method), new.method));
-    }
-    if old.builder_revision != new.builder_revision {
-        return Some(format!("builder revision {} → {}", old.builder_revision, new.builder_revision));
-    }
-    for (name, value) in &new.options {
-        match old.options.iter().find(|(n, _)| n == name) {
-            Some((_, before)) if before == value => {}
-            Some((_, before)) => return Some(format!("{name} {} → {value}", names::escape(before))),
-            None => return Some(format!("{name} is a new option")),
-        }
-    }
-    (old.options != new.options).then(|| "it was built with options that are no longer known".to_string())
-}
-
-/// What became of an input, as a phrase, or `None` if its bytes are the same. The length alone settles most cases.
-fn input_change(path: &Path, dependency: &Dependency) -> Result<Option<String>, Failure> {
-    let unreadable = |e: io::Error| match e.kind() {
-        io::ErrorKind::NotFound => Ok(Some(format!("{} is gone", names::path(path)))),
-        _ => Err(Failure::new(Exit::Io, format!("cannot read {}", names::path(path))).fact(e.to_string())),
-    };
-    let metadata = match path.metadata() {
-        Ok(metadata) => metadata,
-        Err(e) => return unreadable(e),
-    };
-    let changed = || Ok(Some(format!("{} changed", names::path(path))));
-    if !metadata.is_file() || metadata.len() != dependency.len {
-        return changed();
-    }
-    match hash_file(path) {
-        Ok(hash) if hash == dependency.blake3 => Ok(None),
-        Ok(_) => changed(),
-        Err(e) => unreadable(e),
-    }
-}
-
-/// BLAKE3 of a file's bytes, read and not mapped: a mapping that somebody shortens meanwhile would end the process.
-pub fn hash_file(path: &Path) -> io::Result<[u8; 32]> {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(File::open(path)?)?;
-    Ok(*hasher.finalize().as_bytes())
 }
 
 /// Does the file's storage differ from what was asked for? A section that gains nothing by zstd stays raw, so a file too small to

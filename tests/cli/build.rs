@@ -1,0 +1,338 @@
+//! `bvhc build`: what is written, when nothing is, and why.
+
+use crate::{Place, gltf, strip};
+use std::time::{Duration, SystemTime};
+
+/// A folder with `a.obj` and its cache, whose time stamp is an hour old.
+fn built() -> (Place, SystemTime) {
+    let place = Place::new();
+    place.write("a.obj", strip(50));
+    place.ok("build a.obj -o a.bvhc");
+    let old = SystemTime::now() - Duration::from_secs(3600);
+    set_modified(&place, "a.bvhc", old);
+    let old = modified(&place, "a.bvhc");
+    (place, old)
+}
+
+fn modified(place: &Place, name: &str) -> SystemTime {
+    place.path(name).metadata().unwrap().modified().unwrap()
+}
+
+fn set_modified(place: &Place, name: &str, time: SystemTime) {
+    std::fs::File::options().append(true).open(place.path(name)).unwrap().set_modified(time).unwrap();
+}
+
+#[test]
+fn the_line_names_counts_size_and_time() {
+    let place = Place::new();
+    place.write("a.obj", strip(500));
+    let said = place.ok("build a.obj -o a.bvhc --method binned");
+    assert!(said.out.starts_with("a.bvhc  1,000 tris → 1,000 refs (+0.0%), "), "{}", said.out);
+    for word in [" nodes, depth ", ", SAH ", " kB, "] {
+        assert!(said.out.contains(word), "{word} in {}", said.out);
+    }
+    assert_eq!(said.out.lines().count(), 1);
+    assert_eq!(said.err, "");
+}
+
+#[test]
+fn build_check_stats_work_end_to_end() {
+    let (place, _) = built();
+    assert_eq!(place.run("check a.bvhc").code, 0);
+    assert!(place.ok("stats a.bvhc").out.contains("SAH"));
+}
+
+#[test]
+fn a_second_build_changes_nothing() {
+    let (place, old) = built();
+    let before = place.read("a.bvhc");
+    let said = place.ok("build a.obj -o a.bvhc");
+    assert!(said.out.starts_with("a.bvhc  up to date (key "), "{}", said.out);
+    assert_eq!(place.read("a.bvhc"), before);
+    assert_eq!(modified(&place, "a.bvhc"), old);
+    assert_eq!(place.names(), ["a.bvhc", "a.obj"]);
+}
+
+#[test]
+fn a_second_build_takes_less_than_50_ms_and_the_hashing() {
+    let place = Place::new();
+    place.write("a.obj", strip(20_000));
+    place.ok("build a.obj -o a.bvhc --preset draft");
+    // The best of five, since other tests run beside this one.
+    let best = (0..5).map(|_| {
+        let start = std::time::Instant::now();
+        place.ok("build a.obj -o a.bvhc --preset draft");
+        start.elapsed()
+    });
+    assert!(best.min().unwrap() < Duration::from_millis(50));
+}
+
+#[test]
+fn times_play_no_part_only_content_does() {
+    let (place, old) = built();
+    set_modified(&place, "a.obj", SystemTime::now());
+    place.ok("build a.obj -o a.bvhc");
+    assert_eq!(modified(&place, "a.bvhc"), old, "the input is newer but the same");
+
+    place.write("a.obj", strip(51));
+    set_modified(&place, "a.obj", old - Duration::from_secs(3600));
+    place.ok("build a.obj -o a.bvhc");
+    assert_ne!(modified(&place, "a.bvhc"), old, "the input is older but another");
+}
+
+#[test]
+fn a_dry_run_says_why_and_does_nothing() {
+    let (place, old) = built();
+    let why = |args: &str| place.ok(&format!("build a.obj -o a.bvhc --dry-run {args}")).out;
+    assert!(why("").contains("up to date"));
+    assert_eq!(why("--bins 8"), "a.bvhc  would build: option bins 32 → 8\n");
+    assert_eq!(why("--force"), "a.bvhc  would build: forced\n");
+    assert!(why("--method binned").contains("method sbvh → binned"));
+    assert!(why("--degenerate keep").contains("option degenerate drop → keep"));
+
+    // What lies on the disk can be stale in several ways.
+    place.write("a.obj", strip(51));
+    assert!(why("").contains("a.obj changed"));
+    place.write("a.bvhc", "not a cache");
+    assert!(why("").contains("would build: cannot read a.bvhc"), "{}", why(""));
+    std::fs::remove_file(place.path("a.bvhc")).unwrap();
+    assert_eq!(why(""), "a.bvhc  would build: missing\n");
+    assert_eq!(place.names(), ["a.obj"]);
+    let _ = old;
+}
+
+#[test]
+fn a_dry_run_can_answer_by_its_exit_code() {
+    let (place, _) = built();
+    assert_eq!(place.run("build a.obj -o a.bvhc -n --exit-code").code, 0);
+    assert_eq!(place.run("build a.obj -o a.bvhc -n --exit-code --bins 8").code, 1);
+    assert_eq!(place.run("build a.obj -o a.bvhc --exit-code").code, 2, "only with --dry-run");
+}
+
+#[test]
+fn the_codec_is_compared_too() {
+    let place = Place::new();
+    place.write("a.obj", strip(3000));
+    place.ok("build a.obj -o a.bvhc");
+    assert!(place.ok("build a.obj -o a.bvhc --codec zstd -n").out.contains("codec raw → zstd"));
+    place.ok("build a.obj -o a.bvhc --codec zstd");
+    assert!(place.ok("build a.obj -o a.bvhc --codec zstd").out.contains("up to date"));
+    assert!(place.ok("build a.obj -o a.bvhc -n").out.contains("codec zstd → raw"));
+}
+
+#[test]
+fn a_tiny_file_that_zstd_cannot_shrink_is_up_to_date_with_it() {
+    let place = Place::new();
+    place.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    place.ok("build a.obj -o a.bvhc --codec zstd");
+    assert!(place.ok("build a.obj -o a.bvhc --codec zstd").out.contains("up to date"));
+}
+
+#[test]
+fn touch_moves_the_time_stamp_and_nothing_else() {
+    let (place, old) = built();
+    let before = place.read("a.bvhc");
+    place.ok("build a.obj -o a.bvhc --touch");
+    assert!(modified(&place, "a.bvhc") > old);
+    assert_eq!(place.read("a.bvhc"), before);
+}
+
+#[test]
+fn force_writes_the_same_bytes_again() {
+    let (place, old) = built();
+    let before = place.read("a.bvhc");
+    place.ok("build a.obj -o a.bvhc --force");
+    assert_ne!(modified(&place, "a.bvhc"), old);
+    assert_eq!(place.read("a.bvhc"), before);
+}
+
+#[test]
+fn an_external_buffer_is_an_input() {
+    let place = Place::new();
+    let (model, mut bin) = gltf("t");
+    place.write("m/t.gltf", model);
+    place.write("m/t.bin", &bin);
+    place.ok("build m/t.gltf -o t.bvhc");
+    assert!(place.ok("build m/t.gltf -o t.bvhc").out.contains("up to date"));
+    bin[12] ^= 1;
+    place.write("m/t.bin", &bin);
+    assert!(place.ok("build m/t.gltf -o t.bvhc -n").out.contains("t.bin changed"));
+    std::fs::remove_file(place.path("m/t.bin")).unwrap();
+    assert!(place.ok("build m/t.gltf -o t.bvhc -n").out.contains("t.bin"));
+    let said = place.run("build m/t.gltf -o t.bvhc");
+    assert_eq!(said.code, 3, "{}", said.err);
+}
+
+#[test]
+fn several_inputs_go_to_a_folder() {
+    let place = Place::new();
+    place.write("a.obj", strip(5));
+    place.write("b.obj", strip(6));
+    let said = place.ok("build a.obj b.obj -o out/");
+    assert_eq!(said.out.lines().count(), 2);
+    assert!(said.err.contains("2 built"));
+    assert!(place.path("out/a.bvhc").exists() && place.path("out/b.bvhc").exists());
+    assert!(place.ok("build a.obj b.obj -o out").err.contains("2 up to date"), "an existing folder needs no slash");
+    assert_eq!(place.run("build a.obj b.obj -o one.bvhc").code, 2);
+    place.ok("build a.obj -o alone/");
+    assert!(place.path("alone/a.bvhc").exists());
+}
+
+#[test]
+fn inputs_of_one_name_are_refused_before_anything_is_written() {
+    let place = Place::new();
+    place.write("x/a.obj", strip(5));
+    place.write("y/a.obj", strip(6));
+    let said = place.run("build x/a.obj y/a.obj -o out/");
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("x/a.obj and y/a.obj would both become out/a.bvhc"), "{}", said.err);
+    assert!(!place.path("out").exists());
+}
+
+#[test]
+fn one_bad_input_does_not_stop_the_others() {
+    let place = Place::new();
+    place.write("a.obj", strip(5));
+    place.write("bad.obj", "v 0 0 0\nf 1 2 99\n");
+    place.write("worse.obj", "v zero 0 0\nf 1 1 1\n");
+    let said = place.run("build bad.obj a.obj missing.obj -o out/");
+    assert_eq!(said.code, 10, "{}", said.err);
+    assert!(place.path("out/a.bvhc").exists() && !place.path("out/bad.bvhc").exists());
+    assert!(said.err.contains("error: cannot build out/bad.bvhc\n  cannot read bad.obj"), "{}", said.err);
+    assert!(said.err.ends_with("1 built, 2 failed\n"), "{}", said.err);
+    assert_eq!(place.run("build bad.obj worse.obj -o out/").code, 4, "all failed alike");
+    assert_eq!(place.run("build missing.obj gone.obj -o out/").code, 3);
+}
+
+#[test]
+fn an_existing_output_survives_every_failure() {
+    let (place, _) = built();
+    let before = place.read("a.bvhc");
+    place.write("a.obj", "v 0 0 0\nf 1 2 99\n");
+    assert_eq!(place.run("build a.obj -o a.bvhc").code, 4);
+    assert_eq!(place.run("build gone.obj -o a.bvhc").code, 3);
+    assert_eq!(place.read("a.bvhc"), before);
+    assert_eq!(place.names(), ["a.bvhc", "a.obj"]);
+}
+
+#[test]
+fn an_output_that_is_an_input_is_refused() {
+    let place = Place::new();
+    let text = strip(5);
+    place.write("a.obj", &text);
+    assert_eq!(place.run("build a.obj -o a.obj").code, 2);
+    assert_eq!(place.run("build a.obj -o ./a.obj").code, 2);
+    assert_eq!(place.run("build a.obj -o a.bvhc --depfile a.obj").code, 2);
+    assert_eq!(place.run("build a.obj -o a.bvhc --depfile a.bvhc").code, 2);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("a.obj", place.path("link.bvhc")).unwrap();
+        assert_eq!(place.run("build a.obj -o link.bvhc").code, 2);
+    }
+    assert_eq!(place.read("a.obj"), text.as_bytes());
+
+    let (model, bin) = gltf("t");
+    place.write("t.gltf", model);
+    place.write("t.bin", &bin);
+    let said = place.run("build t.gltf -o t.bin --force");
+    assert_eq!(said.code, 2, "{}", said.err);
+    assert_eq!(place.read("t.bin"), bin);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_an_io_error() {
+    let place = Place::new();
+    place.write("a.obj", strip(5));
+    let said = place.run("build a.obj -o no/such/folder/a.bvhc");
+    assert_eq!(said.code, 3, "{}", said.err);
+    assert!(said.err.starts_with("error: cannot build no/such/folder/a.bvhc\n"), "{}", said.err);
+    place.write("file", "");
+    assert_eq!(place.run("build a.obj -o file/").code, 3);
+}
+
+#[test]
+fn what_was_left_out_is_said() {
+    let place = Place::new();
+    place.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\n");
+    let said = place.ok("build a.obj -o a.bvhc");
+    assert_eq!(said.err, "warning: a.obj: left out 1 triangles without area\n");
+    assert_eq!(place.ok("build a.obj -o b.bvhc -q").err, "");
+    assert_eq!(place.run("build a.obj -o c.bvhc --degenerate error").code, 4);
+}
+
+#[test]
+fn quiet_says_nothing_and_verbose_says_where_the_time_went() {
+    let place = Place::new();
+    place.write("a.obj", strip(5));
+    let said = place.ok("build a.obj -o a.bvhc -q");
+    assert_eq!((said.out.as_str(), said.err.as_str()), ("", ""));
+    let said = place.ok("build a.obj -o b.bvhc -v");
+    assert!(said.err.contains("read ") && said.err.contains("build ") && said.err.contains("write "), "{}", said.err);
+}
+
+#[test]
+fn json_is_one_document_with_every_result() {
+    let place = Place::new();
+    place.write("a.obj", strip(5));
+    place.write("bad.obj", "v 0 0 0\nf 1 2 99\n");
+    let said = place.run("build a.obj bad.obj -o out/ --json");
+    let all = said.json();
+    assert_eq!((all["schema"].as_str(), all["exit_code"].as_i64(), said.code), (Some("bvhc.build.v1"), Some(10), 10));
+    let [good, bad] = all["results"].as_array().unwrap().as_slice() else { panic!("{all}") };
+    assert_eq!((good["status"].as_str(), good["built"]["triangles"].as_u64()), (Some("built"), Some(10)));
+    assert_eq!(good["build_key"].as_str().unwrap().len(), 64);
+    assert!(good["built"]["times"]["total_ms"].as_f64().unwrap() > 0.0);
+    assert_eq!((bad["status"].as_str(), bad["error"]["exit_code"].as_u64()), (Some("failed"), Some(4)));
+    let error: serde_json::Value = serde_json::from_str(said.err.trim()).unwrap();
+    assert_eq!((error["reason"].as_str(), error["exit_name"].as_str()), (Some("error"), Some("model")));
+
+    let again = place.ok("build a.obj -o out/ --json").json();
+    assert_eq!(again["results"][0]["status"], "up-to-date");
+    assert_eq!(again["results"][0]["build_key"], good["build_key"]);
+}
+
+#[test]
+fn every_tree_option_is_accepted_and_reaches_the_file() {
+    let place = Place::new();
+    place.write("a.obj", strip(50));
+    place.ok(
+        "build a.obj -o a.bvhc --preset balanced --builder sbvh --axes longest --bins 8 --spatial-bins 9 --max-leaf 3 --sah-trav 2 \
+         --sah-isect 1.5 --clip box --split-alpha 0.25 --split-budget 1.125 --no-unsplit --levels two --allow-outside",
+    );
+    let options = place.ok("info a.bvhc --field meta.options").out;
+    for (name, value) in [
+        ("axes", "longest"),
+        ("bins", "8"),
+        ("spatial-bins", "9"),
+        ("max-leaf", "3"),
+        ("sah-trav", "2"),
+        ("sah-isect", "1.5"),
+        ("clip", "box"),
+        ("split-alpha", "0.25"),
+        ("split-budget", "1.125"),
+        ("unsplit", "false"),
+        ("levels", "two"),
+        ("degenerate", "drop"),
+    ] {
+        assert!(options.contains(&format!(r#"{{"name":"{name}","value":"{value}"}}"#)), "{name} in {options}");
+    }
+    assert_eq!(place.run("build a.obj -o a.bvhc --flatten --levels two").code, 2);
+    assert_eq!(place.run("build a.obj -o a.bvhc --method octree").code, 2);
+}
+
+#[test]
+fn two_builds_of_one_output_at_once_leave_a_whole_file() {
+    let place = Place::new();
+    place.write("a.obj", strip(4000));
+    let start =
+        |bins: &str| place.command().args(["build", "a.obj", "-o", "a.bvhc", "-f", "--bins", bins]).spawn().unwrap();
+    for _ in 0..3 {
+        let mut both = [start("8"), start("16")];
+        for child in &mut both {
+            let code = child.wait().unwrap().code().unwrap();
+            assert!(code == 0 || code == 75, "{code}");
+        }
+        place.ok("check a.bvhc");
+    }
+    assert_eq!(place.names(), ["a.bvhc", "a.obj"]);
+}

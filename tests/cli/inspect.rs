@@ -1,0 +1,162 @@
+//! `info`, `stats`, `check`, `convert` and `explain`.
+
+use crate::{Place, strip};
+
+fn built(options: &str) -> Place {
+    let place = Place::new();
+    place.write("a.obj", strip(2000));
+    place.ok(&format!("build a.obj -o a.bvhc {options}"));
+    place
+}
+
+#[test]
+fn info_agrees_with_the_build_in_text_and_json() {
+    let place = built("");
+    let built = place.ok("build a.obj -o a.bvhc -f --json").json()["results"][0].clone();
+    let info = place.ok("info a.bvhc --json").json();
+    assert_eq!(info["schema"], "bvhc.info.v1");
+    let file = &info["files"][0];
+    assert_eq!(file["path"], "a.bvhc");
+    for (ours, theirs) in
+        [("prim_count", "triangles"), ("ref_count", "references"), ("node_count", "nodes"), ("file_len", "file_len")]
+    {
+        assert_eq!(file[ours], built["built"][theirs], "{ours}");
+    }
+    assert_eq!(file["build_key"], built["build_key"]);
+    assert_eq!(file["content_id"], built["built"]["content_id"]);
+    assert_eq!(file["file_len"].as_u64().unwrap(), place.path("a.bvhc").metadata().unwrap().len());
+    let kinds: Vec<&str> = file["sections"].as_array().unwrap().iter().map(|s| s["type"].as_str().unwrap()).collect();
+    assert!(kinds.starts_with(&["NODE", "TRIS", "GEOM", "BLAS"]), "{kinds:?}");
+    assert_eq!(file["meta"]["inputs"][0]["name"], "a.obj");
+
+    let text = place.ok("info a.bvhc --sections").out;
+    assert!(text.contains("4,000 tris") && text.contains("NODE") && text.contains("CRITICAL|CONTENT"), "{text}");
+}
+
+#[test]
+fn info_prints_single_fields_for_scripts() {
+    let place = built("");
+    assert_eq!(place.ok("info a.bvhc --field prim_count").out, "4000\n");
+    assert_eq!(place.ok("info a.bvhc --field content_id").out.len(), 65);
+    assert_eq!(place.ok("info a.bvhc --field sections.0.type").out, "NODE\n");
+    let said = place.run("info a.bvhc --field nonsense");
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("content_id"), "lists the choices: {}", said.err);
+}
+
+#[test]
+fn stats_show_several_files_as_columns() {
+    let place = built("--method sbvh");
+    place.ok("build a.obj -o b.bvhc --method binned");
+    let text = place.ok("stats a.bvhc b.bvhc").out;
+    let heading: Vec<&str> = text.lines().next().unwrap().split_whitespace().collect();
+    assert_eq!(heading, ["a.bvhc", "b.bvhc"]);
+    for row in ["nodes", "SAH", "nodes' share", "duplicated", "sibling overlap", "bytes per triangle", "leaves by size"]
+    {
+        assert!(text.contains(row), "{row} in {text}");
+    }
+    assert!(place.ok("stats a.bvhc --depths").out.contains("by depth"));
+
+    let csv = place.ok("stats a.bvhc b.bvhc --csv").out;
+    let widths: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();
+    assert_eq!(widths.len(), 3);
+    assert!(widths.iter().all(|w| *w == widths[0]));
+
+    let json = place.ok("stats a.bvhc b.bvhc --json").json();
+    let blas = &json["files"][1]["blas"];
+    assert_eq!((blas["refs"].as_u64(), blas["duplication"].as_f64()), (Some(4000), Some(0.0)));
+    let leaves: u64 = blas["leaf_sizes"].as_array().unwrap().iter().map(|p| p[1].as_u64().unwrap()).sum();
+    assert_eq!(blas["leaves"].as_u64(), Some(leaves));
+    let (nodes, inner) =
+        (blas["sah"].as_f64().unwrap(), blas["sah_nodes"].as_f64().unwrap() + blas["sah_leaves"].as_f64().unwrap());
+    assert!((nodes - inner).abs() < 1e-9);
+}
+
+#[test]
+fn a_damaged_file_is_a_negative_verdict_and_names_the_finding() {
+    let place = built("");
+    let mut bytes = place.read("a.bvhc");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    place.write("bad.bvhc", &bytes);
+    let said = place.run("check bad.bvhc");
+    assert_eq!(said.code, 1);
+    assert!(said.out.starts_with("bad.bvhc: invalid (1 error)\nE0201 "), "{}", said.out);
+    assert!(said.out.contains("help: bvhc explain E0201"), "{}", said.out);
+    assert_eq!(place.run("check bad.bvhc --level quick").code, 0, "quick reads no sections");
+    assert_eq!(place.run("stats bad.bvhc").code, 1);
+    assert_eq!(place.run("check a.bvhc bad.bvhc").code, 1);
+
+    let json = place.run("check a.bvhc bad.bvhc --json").json();
+    assert_eq!((json["files"][0]["valid"].as_bool(), json["files"][1]["valid"].as_bool()), (Some(true), Some(false)));
+    assert_eq!(json["files"][1]["findings"][0]["id"], "E0201");
+}
+
+#[test]
+fn check_tells_missing_foreign_newer_and_valid_apart() {
+    let place = built("");
+    assert!(place.ok("check a.bvhc").out.starts_with("a.bvhc: valid"));
+    assert_eq!(place.ok("check a.bvhc -q").out, "");
+    for level in ["quick", "hash", "tree"] {
+        place.ok(&format!("check a.bvhc --level {level}"));
+    }
+    assert_eq!(place.run("check missing.bvhc").code, 3);
+    place.write("text.bvhc", "this is no cache file");
+    assert_eq!(place.run("check text.bvhc").code, 1);
+    place.write("empty.bvhc", "");
+    assert_eq!(place.run("check empty.bvhc").code, 1);
+    let mut newer = place.read("a.bvhc");
+    newer[8] = 2;
+    place.write("newer.bvhc", &newer);
+    assert_eq!(place.run("check newer.bvhc").code, 5);
+    assert_eq!(place.run("info newer.bvhc").code, 5);
+    assert_eq!(place.run("check newer.bvhc missing.bvhc a.bvhc").code, 10, "different ends");
+}
+
+#[test]
+fn check_against_the_source() {
+    let place = built("");
+    place.ok("check a.bvhc --level source --source a.obj");
+    place.ok("check a.bvhc --source a.obj");
+    assert_eq!(place.run("check a.bvhc --level source").code, 2, "which source?");
+    place.write("b.obj", strip(2001));
+    assert_eq!(place.run("check a.bvhc --source b.obj").code, 1);
+    assert_eq!(place.run("check a.bvhc --source missing.obj").code, 3);
+}
+
+#[test]
+fn convert_keeps_the_content() {
+    let place = built("");
+    let id = place.ok("info a.bvhc --field content_id").out;
+    let said = place.ok("convert a.bvhc -o z.bvhc --codec zstd:9");
+    assert!(said.out.contains(&id[..8]) && said.out.contains(" unchanged"), "{}", said.out);
+    assert!(place.read("z.bvhc").len() < place.read("a.bvhc").len());
+    place.ok("check z.bvhc");
+    place.ok("convert z.bvhc -o r.bvhc");
+    assert!(place.read("r.bvhc") == place.read("a.bvhc"), "there and back");
+    assert_eq!(place.ok("convert a.bvhc -o y.bvhc --codec zstd --json").json()["content_id"], id.trim());
+    assert_eq!(place.run("convert a.bvhc -o a.bvhc --codec zstd").code, 2);
+    assert_eq!(place.run("convert a.bvhc -o b.bvhc --codec zip").code, 2);
+    assert_eq!(place.run("convert missing.bvhc -o b.bvhc").code, 3);
+    assert_eq!(place.run("convert a.bvhc -o no/such/b.bvhc").code, 3);
+}
+
+#[test]
+fn reading_works_without_mapping_and_within_limits() {
+    let place = built("--codec zstd");
+    assert_eq!(place.ok("stats a.bvhc --no-mmap").out, place.ok("stats a.bvhc").out);
+    assert_eq!(place.run("stats a.bvhc --max-memory 1K").code, 6);
+}
+
+#[test]
+fn every_rule_can_be_explained() {
+    let place = Place::new();
+    let list = place.ok("explain --list").out;
+    assert!(list.lines().count() > 30);
+    let ids: Vec<&str> = list.lines().map(|l| l.split_whitespace().next().unwrap()).collect();
+    let text = place.ok(&format!("explain {}", ids.join(" "))).out;
+    assert!(ids.iter().all(|id| text.contains(&format!("{id} "))));
+    assert_eq!(place.ok("explain e0402").out, place.ok("explain node-child-order").out);
+    assert_eq!(place.run("explain E9999").code, 2);
+    assert_eq!(place.ok("explain E0402 --json").json()["rules"][0]["name"], "node-child-order");
+}

@@ -1,0 +1,92 @@
+//! Help, man pages, completions, the README's tables: all from one definition, and all saying the same.
+
+use crate::{Place, repository};
+use bvhc::cli::commands::{man, reference};
+use bvhc::cli::exit::{Exit, help_table, markdown_table};
+
+#[test]
+fn help_and_man_page_carry_the_table_of_exit_codes() {
+    let place = Place::new();
+    for flag in ["-h", "--help"] {
+        assert!(place.ok(flag).out.contains(&help_table()), "{flag}");
+    }
+    place.ok("man --out pages");
+    let page = String::from_utf8(place.read("pages/bvhc.1"))
+        .unwrap()
+        .replace("\\-", "-")
+        .replace("\\(aq", "'")
+        .replace("\\&", "");
+    for exit in Exit::ALL {
+        assert!(page.contains(&exit.code().to_string()) && page.contains(exit.meaning()), "{exit:?} in {page}");
+    }
+}
+
+#[test]
+fn the_table_lists_each_code_once() {
+    let table = markdown_table();
+    for exit in Exit::ALL {
+        assert_eq!(table.matches(&format!("| {} | {} |", exit.code(), exit.name())).count(), 1);
+    }
+}
+
+#[test]
+fn every_command_has_help_examples_and_a_man_page() {
+    let place = Place::new();
+    let written = place.ok("man --out pages").out;
+    for command in ["build", "info", "stats", "check", "convert", "explain", "completions", "man"] {
+        let help = place.ok(&format!("{command} --help")).out;
+        assert!(help.contains("Usage: bvhc "), "{help}");
+        assert!(written.contains(&format!("bvhc-{command}.1")), "{written}");
+        let page = String::from_utf8(place.read(&format!("pages/bvhc-{command}.1"))).unwrap();
+        assert!(page.contains(".SH NAME") && page.contains(".SH SYNOPSIS"));
+    }
+    assert_eq!(man::pages().unwrap().len(), written.lines().count());
+}
+
+#[test]
+fn build_help_shows_what_the_presets_stand_for() {
+    let help = Place::new().ok("build --help").out;
+    let squeezed: String = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    for preset in ["draft", "balanced", "best"] {
+        assert!(squeezed.contains(&format!("{preset}: --method ")), "{help}");
+    }
+}
+
+#[test]
+fn completions_for_every_shell_know_the_flags() {
+    let place = Place::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = place.ok(&format!("completions {shell}")).out;
+        assert!(script.contains("split-budget"), "{shell}");
+    }
+    assert_eq!(place.run("completions tcsh").code, 2);
+}
+
+#[test]
+fn usage_errors_are_2_and_suggest() {
+    let place = Place::new();
+    for args in [
+        "",
+        "nonsense",
+        "build",
+        "build a.obj",
+        "info",
+        "check --level deep x",
+        "build a.obj -o b --bins 1",
+        "stats -q -v x",
+    ] {
+        assert_eq!(place.run(args).code, 2, "bvhc {args}");
+    }
+    assert!(place.run("build a.obj -o b --max-leav 3").err.contains("--max-leaf"));
+}
+
+/// The README's generated blocks are what the code says now; `bvhc reference --update README.md` writes them anew.
+#[test]
+fn the_readme_agrees_with_the_code() {
+    let path = repository().join("README.md");
+    let Ok(text) = std::fs::read_to_string(&path) else {
+        println!("skipped: there is no README.md");
+        return;
+    };
+    assert!(reference::updated(&text, &path).unwrap() == text, "run: cargo run -- reference --update README.md");
+}
