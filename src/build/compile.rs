@@ -42,12 +42,33 @@ pub fn compile(
     progress: &dyn Progress,
 ) -> Result<Accel, BuildError> {
     options.validate()?;
+    let LaidOut { meshes, instances } = lay_out(scene, options, exec)?;
+    match instances {
+        None => one_level(meshes, options, exec, progress),
+        Some(instances) => two_levels(meshes, instances, options, exec, progress),
+    }
+}
+
+/// The geometry that a scene's trees index.
+#[derive(Clone, Debug, Default)]
+pub struct LaidOut {
+    /// One for each BLAS, in their order.
+    pub meshes: Vec<Mesh>,
+    /// What the TLAS's references index; `None` for one level, which has at most one mesh, in world space.
+    pub instances: Option<Vec<Instance>>,
+}
+
+/// [`compile`] without the trees: what a file of this scene holds, to build over or to compare a file with.
+pub fn lay_out(scene: Scene, options: &BuildOptions, exec: &Executor) -> Result<LaidOut, BuildError> {
     let plan = plan(&scene, options);
     let (meshes, instances) = keep_visible(scene)?;
     match plan {
-        _ if instances.is_empty() => Ok(Accel::default()),
-        Plan::One => one_level(meshes, &instances, options, exec, progress),
-        Plan::Two => two_levels(meshes, instances, options, exec, progress),
+        _ if instances.is_empty() => Ok(LaidOut::default()),
+        Plan::One => {
+            let mesh = exec.run(|| bake(meshes, &instances, exec))?;
+            Ok(LaidOut { meshes: vec![mesh], instances: None })
+        }
+        Plan::Two => Ok(LaidOut { meshes, instances: Some(instances) }),
     }
 }
 
@@ -117,14 +138,12 @@ fn cover_with_parts(mesh: &mut Mesh) {
 
 fn one_level(
     meshes: Vec<Mesh>,
-    instances: &[Instance],
     options: &BuildOptions,
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Accel, BuildError> {
-    let mesh = exec.run(|| bake(meshes, instances, exec))?;
-    let tree = build_tree(&mesh, options, exec, progress)?;
-    Ok(Accel { meshes: vec![mesh], blases: vec![tree], tlas: None, instances: Vec::new() })
+    let blases = meshes.iter().map(|mesh| build_tree(mesh, options, exec, progress)).collect::<Result<_, _>>()?;
+    Ok(Accel { meshes, blases, tlas: None, instances: Vec::new() })
 }
 
 fn two_levels(

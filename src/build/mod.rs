@@ -29,7 +29,7 @@ mod strategy;
 pub mod tlas;
 
 pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
-pub use compile::{MAX_INSTANCES, compile, primitives_to_build};
+pub use compile::{LaidOut, MAX_INSTANCES, compile, lay_out, primitives_to_build};
 pub use cost::Sah;
 pub use error::BuildError;
 pub use exec::Executor;

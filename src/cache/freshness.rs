@@ -7,17 +7,17 @@ use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
 use super::error::CacheError;
+use super::head::Head;
 use super::keys::{InputHash, Recipe};
 use super::meta::{Dependency, Meta};
-use super::reader::{Cache, OpenOptions, Validation};
+use super::reader::OpenOptions;
 
 /// What [`freshness`] found.
 #[derive(Debug)]
 pub enum Freshness {
     /// The cache is what a build would write, its codec aside.
     Fresh {
-        /// The cache, opened at [`Validation::Quick`].
-        cache: Box<Cache>,
+        head: Box<Head>,
         /// The files that it depends on, as reached from the working directory, the model first.
         inputs: Vec<PathBuf>,
     },
@@ -78,18 +78,17 @@ impl fmt::Display for Staleness {
 /// Reads the cache's header and META, and every byte of the inputs whose length is unchanged; costs what hashing them costs.
 pub fn freshness(path: &Path, model: &Path, recipe: &Recipe) -> Freshness {
     match compare(path, model, recipe) {
-        Ok((cache, inputs)) => Freshness::Fresh { cache: Box::new(cache), inputs },
+        Ok((head, inputs)) => Freshness::Fresh { head: Box::new(head), inputs },
         Err(why) => Freshness::Stale(why),
     }
 }
 
-fn compare(path: &Path, model: &Path, recipe: &Recipe) -> Result<(Cache, Vec<PathBuf>), Staleness> {
-    let options = OpenOptions { validation: Validation::Quick, ..OpenOptions::default() };
-    let cache = Cache::open_with(path, &options).map_err(|error| match error {
+fn compare(path: &Path, model: &Path, recipe: &Recipe) -> Result<(Head, Vec<PathBuf>), Staleness> {
+    let head = Head::read(path, &OpenOptions::default()).map_err(|error| match error {
         CacheError::Io { source, .. } if source.kind() == io::ErrorKind::NotFound => Staleness::Missing,
         error => Staleness::Unreadable(error.to_string()),
     })?;
-    let meta = cache.meta().ok_or(Staleness::NoMeta)?;
+    let meta = head.meta.as_ref().ok_or(Staleness::NoMeta)?;
     compare_recipe(meta, recipe)?;
 
     // Hash the inputs in the order of the key.
@@ -101,10 +100,10 @@ fn compare(path: &Path, model: &Path, recipe: &Recipe) -> Result<(Cache, Vec<Pat
         hashes.push(InputHash { role: dependency.role, ..unchanged(dependency, &input)? });
         inputs.push(input);
     }
-    if recipe.build_key(hashes) != cache.header().build_key {
+    if recipe.build_key(hashes) != head.header.build_key {
         return Err(Staleness::Key);
     }
-    Ok((cache, inputs))
+    Ok((head, inputs))
 }
 
 fn compare_recipe(meta: &Meta, recipe: &Recipe) -> Result<(), Staleness> {

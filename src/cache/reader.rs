@@ -55,7 +55,7 @@ impl Default for OpenOptions {
 
 /// An open cache file.
 pub struct Cache {
-    bytes: Bytes,
+    bytes: FileBytes,
     header: Header,
     entries: Vec<SectionEntry>,
     /// The decoded bytes of each packed section, parallel to `entries`.
@@ -65,16 +65,49 @@ pub struct Cache {
     validation: Validation,
 }
 
+/// A whole file in memory: mapped, or read to a 64-byte boundary.
+pub struct FileBytes(Bytes);
+
 enum Bytes {
     Mapped(memmap2::Mmap),
     Owned(AlignedBytes),
 }
 
-impl Bytes {
-    fn as_slice(&self) -> &[u8] {
-        match self {
+impl FileBytes {
+    /// Map or read a file, as `options` say; nothing in it is looked at.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, is not a regular one, or is larger than `options.max_memory` and not to be mapped.
+    pub fn open(path: &Path, options: &OpenOptions) -> Result<FileBytes, CacheError> {
+        // Ask before opening: to open a named pipe would wait for its writer.
+        let metadata = std::fs::metadata(path).map_err(CacheError::io("open", path))?;
+        if !metadata.is_file() {
+            let error = std::io::Error::other("it is not a regular file");
+            return Err(CacheError::io("open", path)(error));
+        }
+        let file = File::open(path).map_err(CacheError::io("open", path))?;
+        let metadata = file.metadata().map_err(CacheError::io("open", path))?;
+        Ok(FileBytes(if metadata.len() == 0 {
+            Bytes::Owned(AlignedBytes::default())
+        } else if options.mmap {
+            Bytes::Mapped(map(&file).map_err(CacheError::io("map", path))?)
+        } else {
+            Bytes::Owned(read(file, metadata.len(), path, options.max_memory)?)
+        }))
+    }
+
+    pub fn as_slice(&self) -> &[u8] {
+        match &self.0 {
             Bytes::Mapped(map) => map,
             Bytes::Owned(bytes) => bytes.as_slice(),
+        }
+    }
+
+    /// Bytes that are not mapped.
+    fn owned_len(&self) -> usize {
+        match &self.0 {
+            Bytes::Mapped(_) => 0,
+            Bytes::Owned(bytes) => bytes.as_slice().len(),
         }
     }
 }
@@ -106,23 +139,7 @@ impl Cache {
     /// As [`Cache::open`], and where `options.max_memory` is too small.
     pub fn open_with(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Cache, CacheError> {
         let path = path.as_ref();
-        let name = path.display().to_string();
-        // Ask before opening: to open a named pipe would wait for its writer.
-        let metadata = std::fs::metadata(path).map_err(CacheError::io("open", path))?;
-        if !metadata.is_file() {
-            let error = std::io::Error::other("it is not a regular file");
-            return Err(CacheError::io("open", path)(error));
-        }
-        let file = File::open(path).map_err(CacheError::io("open", path))?;
-        let metadata = file.metadata().map_err(CacheError::io("open", path))?;
-        let bytes = if metadata.len() == 0 {
-            Bytes::Owned(AlignedBytes::default())
-        } else if options.mmap {
-            Bytes::Mapped(map(&file).map_err(CacheError::io("map", path))?)
-        } else {
-            Bytes::Owned(read(file, metadata.len(), path, options.max_memory)?)
-        };
-        Cache::new(bytes, &name, options)
+        Cache::new(FileBytes::open(path, options)?, &path.display().to_string(), options)
     }
 
     /// Open a file's bytes from memory; they are copied to a 64-byte boundary.
@@ -137,10 +154,10 @@ impl Cache {
         }
         let mut owned = AlignedBytes::zeroed(bytes.len()).map_err(|_| needed.of(name))?;
         owned.as_mut_slice().copy_from_slice(bytes);
-        Cache::new(Bytes::Owned(owned), name, options)
+        Cache::new(FileBytes(Bytes::Owned(owned)), name, options)
     }
 
-    fn new(bytes: Bytes, name: &str, options: &OpenOptions) -> Result<Cache, CacheError> {
+    fn new(bytes: FileBytes, name: &str, options: &OpenOptions) -> Result<Cache, CacheError> {
         let Container { header, entries } = Container::parse(bytes.as_slice()).map_err(|fault| fault.of(name))?;
         let find = |kind| entries.iter().position(|e| e.kind == kind && is_understood(e));
         let places = Places {
@@ -163,7 +180,7 @@ impl Cache {
     fn fill(&mut self, meta_place: Option<usize>, options: &OpenOptions) -> Result<(), Fault> {
         // Hold what decoding will take against the limit before anything is allocated.
         let packed = |e: &&SectionEntry| e.codec == SectionEntry::ZSTD;
-        let owned = if let Bytes::Owned(bytes) = &self.bytes { bytes.as_slice().len() } else { 0 };
+        let owned = self.bytes.owned_len();
         let needed = self.entries.iter().filter(packed).map(|e| u128::from(e.raw_len)).sum::<u128>() + owned as u128;
         if needed > u128::from(options.max_memory) {
             return Err(Fault::memory(needed, options.max_memory));

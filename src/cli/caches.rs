@@ -4,23 +4,24 @@ use super::Context;
 use super::exit::Exit;
 use super::failure::Failure;
 use crate::build::BuildError;
-use crate::cache::{Cache, CacheError, ErrorKind, OpenOptions, Validation};
+use crate::cache::{Cache, CacheError, ErrorKind, Head, OpenOptions, Validation};
 use crate::scene::{self, SceneError};
 use std::path::{Path, PathBuf};
 
 /// Open a file for walking its trees: the bytes are those that were written.
 pub fn open(path: &Path, context: &Context) -> Result<Cache, Failure> {
-    open_at(path, Validation::Hash, context)
+    Cache::open_with(path, &options(context)).map_err(|e| failure(&e))
 }
 
-/// Open a file for its header, table and META.
-pub fn open_quick(path: &Path, context: &Context) -> Result<Cache, Failure> {
-    open_at(path, Validation::Quick, context)
+/// Read a file's header, table and META.
+pub fn head(path: &Path, context: &Context) -> Result<Head, Failure> {
+    Head::read(path, &options(context)).map_err(|e| failure(&e))
 }
 
-fn open_at(path: &Path, validation: Validation, context: &Context) -> Result<Cache, Failure> {
+/// How the global flags want files to be opened, hashes included.
+pub fn options(context: &Context) -> OpenOptions {
     let (mmap, max_memory) = (!context.global.no_mmap, context.global.max_memory);
-    Cache::open_with(path, &OpenOptions { validation, mmap, max_memory }).map_err(|e| failure(&e))
+    OpenOptions { validation: Validation::Hash, mmap, max_memory }
 }
 
 /// Do the same for every file: failures are reported at once and do not stop the others; the exit code is the common one.

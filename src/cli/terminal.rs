@@ -29,11 +29,9 @@ pub struct Terminal {
 /// The few colours of the tool, as SGR numbers.
 #[derive(Clone, Copy, Debug)]
 pub enum Paint {
-    Bold,
     Red,
     Green,
     Yellow,
-    Cyan,
 }
 
 impl Terminal {
@@ -121,11 +119,9 @@ impl Terminal {
 
 fn sgr(paint: Paint, text: &str) -> String {
     let code = match paint {
-        Paint::Bold => "1",
         Paint::Red => "1;31",
         Paint::Green => "32",
         Paint::Yellow => "33",
-        Paint::Cyan => "36",
     };
     format!("\x1b[{code}m{text}\x1b[0m")
 }

@@ -1,12 +1,211 @@
+//! `bvhc check`: the verdict on a file, with every finding.
+
+use crate::build::{self, BuildOptions, Executor, Levels, Named};
+use crate::cache::check::{Finding, Level, Limits, Report, Source, check_bytes};
+use crate::cache::{FileBytes, Head, Meta};
 use crate::cli::Context;
+use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
-use clap::Args;
+use crate::cli::figures;
+use crate::cli::names;
+use crate::cli::terminal::Paint;
+use crate::scene::{self, Degenerate, ReadOptions};
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 
-/// Not yet
+/// Prove that cache files are intact and well formed
+///
+/// Collects every finding, each with a number that `bvhc explain` explains. Exit code 0: valid; 1: not.
 #[derive(Debug, Args)]
-pub struct CheckArgs {}
+#[command(
+    after_help = "Examples:\n  bvhc check rock.bvhc\n  bvhc check rock.bvhc --source rock.glb\n  bvhc check *.bvhc --level hash --json"
+)]
+pub struct CheckArgs {
+    /// Cache files
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// How deep to look; each level includes those before it [default: tree, or source with --source]
+    #[arg(long, value_enum)]
+    level: Option<LevelName>,
+    /// The model that the file should hold
+    #[arg(long, value_name = "MODEL")]
+    source: Option<PathBuf>,
+    /// Let the model name buffers outside its own folder
+    #[arg(long, requires = "source")]
+    allow_outside: bool,
+    /// Take warnings for errors
+    #[arg(long)]
+    warnings_as_errors: bool,
+    /// Findings to show for each rule; all are counted
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    max_issues: usize,
+}
 
-pub fn run(_args: &CheckArgs, _context: &Context) -> Result<Exit, Failure> {
-    Err(Failure::new(Exit::Unsupported, "cannot check yet"))
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LevelName {
+    /// Header, section table, sizes, file id
+    Quick,
+    /// And the hash of every section
+    Hash,
+    /// And every record: tree shape, boxes, triangles, instances
+    Tree,
+    /// And every triangle against the model (needs --source)
+    Source,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    exit_code: u8,
+    files: &'a [Verdict],
+}
+
+#[derive(Serialize)]
+struct Verdict {
+    path: String,
+    /// No error, and with --warnings-as-errors no warning either.
+    valid: bool,
+    unsupported: bool,
+    errors: u64,
+    warnings: u64,
+    findings: Vec<Finding>,
+    /// Findings that were counted but not kept.
+    truncated: u64,
+    not_checked: Vec<String>,
+}
+
+pub fn run(args: &CheckArgs, context: &Context) -> Result<Exit, Failure> {
+    let level = level(args)?;
+    let (mut verdicts, mut exits) = (Vec::new(), Vec::new());
+    for path in &args.files {
+        match check(path, level, args, context) {
+            Ok(report) => {
+                let (verdict, exit) = judge(path, report, args);
+                if !context.terminal.json && !context.terminal.quiet {
+                    context.terminal.print(&text(&verdict, path, level, context))?;
+                }
+                verdicts.push(verdict);
+                exits.push(exit);
+            }
+            Err(failure) => {
+                context.terminal.error(&failure);
+                exits.push(failure.exit);
+            }
+        }
+    }
+    let exit = combine(&exits);
+    if context.terminal.json {
+        context.terminal.document(&Document { schema: "bvhc.check.v1", exit_code: exit.code(), files: &verdicts })?;
+    }
+    Ok(exit)
+}
+
+/// A negative verdict about one of several files is a negative verdict, not a mixed end: every file was judged.
+fn combine(exits: &[Exit]) -> Exit {
+    let judged = exits.iter().all(|e| matches!(e, Exit::Success | Exit::Negative));
+    if judged && exits.contains(&Exit::Negative) { Exit::Negative } else { Exit::combine(exits.iter().copied()) }
+}
+
+fn level(args: &CheckArgs) -> Result<Level, Failure> {
+    match (args.level, &args.source) {
+        (None, None) | (Some(LevelName::Tree), _) => Ok(Level::Tree),
+        (None, Some(_)) | (Some(LevelName::Source), Some(_)) => Ok(Level::Source),
+        (Some(LevelName::Quick), _) => Ok(Level::Quick),
+        (Some(LevelName::Hash), _) => Ok(Level::Hash),
+        (Some(LevelName::Source), None) => Err(Failure::new(Exit::Usage, "cannot check against the source")
+            .fact("--level source compares with a model, and none is named")
+            .help("name the model: --source MODEL")),
+    }
+}
+
+fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Result<Report, Failure> {
+    let bytes = FileBytes::open(path, &caches::options(context)).map_err(|e| caches::failure(&e))?;
+    let limits = Limits { max_issues: args.max_issues, max_memory: context.global.max_memory };
+    let Some(model) = args.source.as_ref().filter(|_| level == Level::Source) else {
+        return Ok(check_bytes(bytes.as_slice(), level, None, &limits));
+    };
+
+    // Read the model as the file says that it was read, and lay it out as it was built.
+    let meta = Head::read(path, &caches::options(context)).ok().and_then(|head| head.meta);
+    let (read, build) = recorded(meta.as_ref());
+    let read = ReadOptions { allow_outside: args.allow_outside, max_memory: context.global.max_memory, ..read };
+    let scene = scene::read(model, &read).map_err(|e| caches::scene_failure(&e))?;
+    let inputs = scene.inputs.clone();
+    let exec = Executor::new(context.global.jobs).map_err(|e| caches::build_failure(&e))?;
+    let laid = build::lay_out(scene, &build, &exec).map_err(|e| caches::build_failure(&e))?;
+    let source = Source { meshes: &laid.meshes, instances: laid.instances.as_deref(), inputs: &inputs };
+    Ok(check_bytes(bytes.as_slice(), level, Some(&source), &limits))
+}
+
+/// The options in META that decide which triangles a file holds; defaults where it does not say.
+fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
+    let value =
+        |name: &str| meta.and_then(|m| m.options.iter().find(|(n, _)| n == name)).map(|(_, value)| value.as_str());
+    let degenerate = value("degenerate").and_then(|v| Degenerate::parse(v).ok()).unwrap_or_default();
+    let scene = value("scene").and_then(|v| v.parse().ok());
+    let levels = value("levels").and_then(|v| Levels::parse(v).ok()).unwrap_or(Levels::Auto);
+    let read = ReadOptions { degenerate, scene, ..ReadOptions::default() };
+    (read, BuildOptions { levels, ..BuildOptions::default() })
+}
+
+fn judge(path: &Path, report: Report, args: &CheckArgs) -> (Verdict, Exit) {
+    let valid = if args.warnings_as_errors { report.is_clean() } else { report.is_valid() };
+    let exit = match (valid, report.is_unsupported()) {
+        (true, _) => Exit::Success,
+        (false, true) => Exit::Unsupported,
+        (false, false) => Exit::Negative,
+    };
+    let verdict = Verdict {
+        path: path.to_string_lossy().into_owned(),
+        valid,
+        unsupported: report.is_unsupported(),
+        errors: report.errors(),
+        warnings: report.warnings(),
+        truncated: report.truncated(),
+        not_checked: report.not_checked,
+        findings: report.findings,
+    };
+    (verdict, exit)
+}
+
+fn text(verdict: &Verdict, path: &Path, level: Level, context: &Context) -> String {
+    let terminal = &context.terminal;
+    let name = names::path(path);
+    let word = match (verdict.valid, verdict.unsupported) {
+        (true, _) => terminal.paint(Paint::Green, "valid"),
+        (false, true) => terminal.paint(Paint::Yellow, "unsupported"),
+        (false, false) => terminal.paint(Paint::Red, "invalid"),
+    };
+    let level = match level {
+        Level::Quick => "container only",
+        Level::Hash => "container and hashes",
+        Level::Tree => "container, hashes and every record",
+        Level::Source => "container, hashes, every record and the source",
+    };
+    let counted = |n: u64, what: &str| format!("{} {what}{}", figures::count(n), if n == 1 { "" } else { "s" });
+    let counts: Vec<String> = [(verdict.errors, "error"), (verdict.warnings, "warning")]
+        .into_iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, what)| counted(n, what))
+        .collect();
+    let summary = if counts.is_empty() { level.to_string() } else { counts.join(", ") };
+    let mut text = format!("{name}: {word} ({summary})\n");
+    for finding in &verdict.findings {
+        text.push_str(&format!("{}\n", names::escape(&finding.to_string())));
+    }
+    if verdict.truncated > 0 {
+        let count = figures::count(verdict.truncated);
+        text.push_str(&format!("… and {count} more of the same; --max-issues shows them\n"));
+    }
+    for what in &verdict.not_checked {
+        text.push_str(&format!("not checked: {}\n", names::escape(what)));
+    }
+    if let Some(first) = verdict.findings.first() {
+        let rebuild =
+            if verdict.valid { String::new() } else { format!(" · rebuild: bvhc build MODEL -o {name} --force") };
+        text.push_str(&format!("help: bvhc explain {}{rebuild}\n", first.rule.id));
+    }
+    text
 }

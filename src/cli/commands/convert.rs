@@ -2,7 +2,7 @@
 
 use super::build::parse_codec;
 use super::build::same_file;
-use crate::cache::{self, Codec, ConvertOptions, OpenOptions, Validation, WriteOptions};
+use crate::cache::{self, Codec, ConvertOptions, WriteOptions};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -55,14 +55,13 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
             .fact(format!("{} and {} are one file", names::path(&args.input), names::path(&args.output)))
             .help("name another output with -o"));
     }
-    let (mmap, max_memory) = (!context.global.no_mmap, context.global.max_memory);
-    let open = OpenOptions { validation: Validation::Hash, mmap, max_memory };
     let write = WriteOptions { codec: args.codec };
     let options = ConvertOptions { write, strip_unknown: args.strip_unknown, drop_meta: args.drop_meta };
 
     // The permission to write is held over the reading too: the library does both in one step.
     let publishing = interrupt::publish()?;
-    let done = cache::convert(&args.input, &args.output, &open, &options).map_err(|e| caches::failure(&e))?;
+    let done = cache::convert(&args.input, &args.output, &caches::options(context), &options)
+        .map_err(|e| caches::failure(&e))?;
     drop(publishing);
     let input_len = length(&args.input);
     let header = done.written.header;

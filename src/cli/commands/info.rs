@@ -47,8 +47,8 @@ struct NamedInfo {
 pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
     let terminal = &context.terminal;
     let (infos, exit) = caches::each(&args.files, context, |path| {
-        let cache = caches::open_quick(path, context)?;
-        let info = FileInfo::new(cache.header(), cache.sections(), cache.meta().map(Into::into));
+        let head = caches::head(path, context)?;
+        let info = FileInfo::new(&head.header, &head.sections, head.meta.as_ref().map(Into::into));
         Ok((path.to_path_buf(), info))
     });
     if terminal.json {

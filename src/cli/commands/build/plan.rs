@@ -102,9 +102,9 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 pub fn examine(job: &Job, recipe: &Recipe, codec: Codec) -> Verdict {
     match cache::freshness(&job.output, &job.input, recipe) {
         Freshness::Stale(reason) => Verdict::Stale(names::escape(&reason.to_string())),
-        Freshness::Fresh { cache, inputs } => match codec_change(cache.sections(), codec) {
+        Freshness::Fresh { head, inputs } => match codec_change(&head.sections, codec) {
             Some(reason) => Verdict::Stale(reason.to_string()),
-            None => Verdict::UpToDate { build_key: cache.header().build_key, inputs },
+            None => Verdict::UpToDate { build_key: head.header.build_key, inputs },
         },
     }
 }
