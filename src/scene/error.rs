@@ -43,7 +43,7 @@ pub enum SceneError {
     UnsupportedExtension { path: PathBuf, extension: String, advice: &'static str },
 
     #[error(
-        "cannot read {}\n  it is written in glTF {version}; bvhc reads glTF 2.x\nhelp: export it as glTF 2.0",
+        "cannot read {}\n  it needs a reader of glTF {version}; this one reads glTF 2.0\nhelp: export it as glTF 2.0",
         path.display()
     )]
     UnsupportedVersion { path: PathBuf, version: String },

@@ -10,7 +10,6 @@ pub type Progress<'a> = &'a mut dyn FnMut(u64, u64);
 pub(super) struct Source<'a> {
     /// The model's path, as errors name it.
     pub path: &'a Path,
-    #[allow(dead_code)] // read by glTF
     /// The folder that relative references start from; `None` where there is none (standard input).
     pub folder: Option<PathBuf>,
     pub options: &'a ReadOptions,
@@ -41,7 +40,6 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
-    #[allow(dead_code)] // used by glTF
     /// Give back what was charged and has been freed.
     pub fn release(&mut self, bytes: u64) {
         self.used = self.used.saturating_sub(bytes);

@@ -267,7 +267,7 @@ impl<'a, 's> Statements<'a, 's> {
             None => return Err(self.error(format!("'{}' is not a vertex number", shown()))),
             Some(0) => return Err(self.error("a face uses vertex 0; vertices are numbered from 1".into())),
             Some(n) if n > 0 => n as u64,
-            Some(n) => (self.positions + 1).checked_sub(n.unsigned_abs()).unwrap_or(0),
+            Some(n) => (self.positions + 1).saturating_sub(n.unsigned_abs()),
         };
         match vertex {
             0 => Err(self.error(format!("a face uses vertex {}, but there are only {}", shown(), self.positions))),

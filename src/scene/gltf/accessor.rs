@@ -1,0 +1,306 @@
+use super::buffers::Buffers;
+use super::document::{Document, MESHOPT, compressed};
+use crate::scene::SceneError;
+use crate::scene::source::Source;
+use ::gltf::json::accessor::{ComponentType, Type};
+use ::gltf::json::validation::Checked;
+
+/// Most elements of an accessor that has no data of its own, only zeros and sparse replacements: nothing in the file
+/// bounds its count.
+pub(super) const MAX_ZERO_ELEMENTS: u64 = 1 << 24;
+
+/// What an accessor's elements must be to be read.
+#[derive(Clone, Copy)]
+pub(super) struct Shape {
+    pub kind: Type,
+    pub components: &'static [ComponentType],
+}
+
+const I8: ComponentType = ComponentType::I8;
+const U8: ComponentType = ComponentType::U8;
+const I16: ComponentType = ComponentType::I16;
+const U16: ComponentType = ComponentType::U16;
+const U32: ComponentType = ComponentType::U32;
+const F32: ComponentType = ComponentType::F32;
+
+impl Shape {
+    pub const INDICES: Shape = Shape { kind: Type::Scalar, components: &[U8, U16, U32] };
+    /// With `KHR_mesh_quantization`; read whether or not the file declares it.
+    pub const POSITIONS: Shape = Shape { kind: Type::Vec3, components: &[F32, I8, U8, I16, U16] };
+    pub const TRANSLATION: Shape = Shape { kind: Type::Vec3, components: &[F32] };
+    pub const ROTATION: Shape = Shape { kind: Type::Vec4, components: &[F32, I8, I16] };
+
+    fn width(self) -> usize {
+        match self.kind {
+            Type::Scalar => 1,
+            Type::Vec2 => 2,
+            Type::Vec3 => 3,
+            Type::Vec4 | Type::Mat2 => 4,
+            Type::Mat3 => 9,
+            Type::Mat4 => 16,
+        }
+    }
+}
+
+/// How one element's numbers are encoded.
+#[derive(Clone, Copy)]
+pub(super) struct Encoding {
+    component: ComponentType,
+    normalized: bool,
+}
+
+impl Encoding {
+    fn size(self) -> usize {
+        match self.component {
+            I8 | U8 => 1,
+            I16 | U16 => 2,
+            U32 | F32 => 4,
+        }
+    }
+
+    /// Number `i` of an element as a float; integers by the specification's equations (glTF 2.0, 3.11, and
+    /// `KHR_mesh_quantization`). Short bytes, which callers rule out, read as 0.
+    fn float(self, element: &[u8], i: usize) -> f32 {
+        let bytes = &element[i * self.size()..];
+        let scaled = |value: f32, max: f32| if self.normalized { (value / max).max(-1.0) } else { value };
+        match self.component {
+            F32 => bytes.first_chunk().map_or(0.0, |b| f32::from_le_bytes(*b)),
+            I8 => scaled(f32::from(bytes[0] as i8), 127.0),
+            U8 => scaled(f32::from(bytes[0]), 255.0),
+            I16 => scaled(bytes.first_chunk().map_or(0.0, |b| f32::from(i16::from_le_bytes(*b))), 32767.0),
+            U16 => scaled(bytes.first_chunk().map_or(0.0, |b| f32::from(u16::from_le_bytes(*b))), 65535.0),
+            U32 => bytes.first_chunk().map_or(0.0, |b| u32::from_le_bytes(*b) as f32),
+        }
+    }
+
+    fn index(self, element: &[u8]) -> u32 {
+        match self.component {
+            U8 => u32::from(element[0]),
+            U16 => element.first_chunk().map_or(0, |b| u32::from(u16::from_le_bytes(*b))),
+            _ => element.first_chunk().map_or(0, |b| u32::from_le_bytes(*b)),
+        }
+    }
+}
+
+/// Read an accessor of floats, `N` to an element. Memory for the result is charged and stays charged.
+pub(super) fn floats<const N: usize>(
+    document: &Document,
+    index: usize,
+    shape: Shape,
+    buffers: &mut Buffers,
+    source: &mut Source,
+) -> Result<Vec<[f32; N]>, SceneError> {
+    read(document, index, shape, buffers, source, [0.0; N], |encoding, element| {
+        std::array::from_fn(|i| encoding.float(element, i))
+    })
+    .map(|(values, _)| values)
+}
+
+/// Read an accessor of indices, and the value that means "restart" for its type.
+pub(super) fn indices(
+    document: &Document,
+    index: usize,
+    buffers: &mut Buffers,
+    source: &mut Source,
+) -> Result<(Vec<u32>, u32), SceneError> {
+    let (values, encoding) = read(document, index, Shape::INDICES, buffers, source, 0, Encoding::index)?;
+    let restart = match encoding.component {
+        U8 => u8::MAX.into(),
+        U16 => u16::MAX.into(),
+        _ => u32::MAX,
+    };
+    Ok((values, restart))
+}
+
+/// The number of elements, if the accessor exists.
+pub(super) fn count(document: &Document, index: usize, source: &Source) -> Result<u64, SceneError> {
+    get(document, index, source).map(|a| a.count.0)
+}
+
+/// Whether the accessor has anything to read without a decoder: its own bytes, or sparse values.
+pub(super) fn has_data(document: &Document, index: usize) -> bool {
+    document.accessors.get(index).is_some_and(|a| a.buffer_view.is_some() || a.sparse.is_some())
+}
+
+fn get<'d>(document: &'d Document, index: usize, source: &Source) -> Result<&'d ::gltf::json::Accessor, SceneError> {
+    document.accessors.get(index).ok_or_else(|| {
+        let count = document.accessors.len();
+        SceneError::malformed(source.path, format!("it uses accessor {index}, but there are {count}"))
+    })
+}
+
+fn read<T: Clone>(
+    document: &Document,
+    index: usize,
+    shape: Shape,
+    buffers: &mut Buffers,
+    source: &mut Source,
+    zero: T,
+    decode: impl Fn(Encoding, &[u8]) -> T,
+) -> Result<(Vec<T>, Encoding), SceneError> {
+    let accessor = get(document, index, source)?;
+    let encoding = match (&accessor.type_, &accessor.component_type) {
+        (Checked::Valid(kind), Checked::Valid(component))
+            if *kind == shape.kind && shape.components.contains(&component.0) =>
+        {
+            Encoding { component: component.0, normalized: accessor.normalized }
+        }
+        (kind, component) => {
+            let found = format!("{} of {}", kind_name(kind), component_name(component));
+            let wanted: Vec<_> = shape.components.iter().map(|c| plain_component_name(*c)).collect();
+            let wanted = format!("{} of {}", plain_kind_name(shape.kind), wanted.join(" or "));
+            let reason = format!("accessor {index} holds {found}; its use here needs {wanted}");
+            return Err(SceneError::malformed(source.path, reason));
+        }
+    };
+    let (count, size) = (accessor.count.0, encoding.size() * shape.width());
+
+    // Take the elements from the view, or start from zeros.
+    let mut values = match &accessor.buffer_view {
+        Some(view) => {
+            let offset = accessor.byte_offset.map_or(0, |o| o.0);
+            let what = format!("accessor {index}");
+            let elements = Elements::new(document, view.value(), offset, count, size, true, &what, buffers, source)?;
+            source.charge(count.saturating_mul(size_of::<T>() as u64), &what)?;
+            elements.iter().map(|element| decode(encoding, element)).collect::<Vec<T>>()
+        }
+        None if count > MAX_ZERO_ELEMENTS => {
+            return Err(SceneError::TooMany {
+                path: source.path.to_owned(),
+                what: format!("accessor {index} has {count} elements and no data"),
+                limit: MAX_ZERO_ELEMENTS,
+            });
+        }
+        None => {
+            source.charge(count * size_of::<T>() as u64, &format!("accessor {index}"))?;
+            vec![zero; count as usize]
+        }
+    };
+
+    // Put the sparse values in their places.
+    if let Some(sparse) = &accessor.sparse {
+        let component = match &sparse.indices.component_type {
+            Checked::Valid(c) if Shape::INDICES.components.contains(&c.0) => c.0,
+            _ => {
+                let reason = format!("the sparse indices of accessor {index} are not unsigned integers");
+                return Err(SceneError::malformed(source.path, reason));
+            }
+        };
+        let places = Encoding { component, normalized: false };
+        let what = format!("the sparse indices of accessor {index}");
+        let (view, offset) = (sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0);
+        let elements =
+            Elements::new(document, view, offset, sparse.count.0, places.size(), false, &what, buffers, source)?;
+        let places: Vec<u32> = elements.iter().map(|e| places.index(e)).collect();
+        let what = format!("the sparse values of accessor {index}");
+        let (view, offset) = (sparse.values.buffer_view.value(), sparse.values.byte_offset.0);
+        let elements = Elements::new(document, view, offset, sparse.count.0, size, false, &what, buffers, source)?;
+        for (place, element) in places.into_iter().zip(elements.iter()) {
+            let Some(value) = values.get_mut(place as usize) else {
+                let reason = format!("accessor {index} replaces element {place}, but has {count}");
+                return Err(SceneError::malformed(source.path, reason));
+            };
+            *value = decode(encoding, element);
+        }
+    }
+    Ok((values, encoding))
+}
+
+/// A run of equally spaced elements, proved to lie inside its buffer view.
+struct Elements<'b> {
+    bytes: &'b [u8],
+    count: usize,
+    stride: usize,
+    size: usize,
+}
+
+impl<'b> Elements<'b> {
+    #[allow(clippy::too_many_arguments)] // where the bytes are, what they are, and who asks
+    fn new(
+        document: &Document,
+        view: usize,
+        offset: u64,
+        count: u64,
+        size: usize,
+        may_stride: bool,
+        what: &str,
+        buffers: &'b mut Buffers,
+        source: &mut Source,
+    ) -> Result<Elements<'b>, SceneError> {
+        if let Some(json) = document.buffer_views.get(view) {
+            let names = json.extensions.iter().flat_map(|e| e.others.keys());
+            let packed = names.filter(|n| MESHOPT.contains(&n.as_str())).next_back();
+            if let Some(extension) = packed.filter(|e| document.requires(e)) {
+                return Err(compressed(extension, source));
+            }
+        }
+        let stride = match document.buffer_views.get(view).and_then(|v| v.byte_stride) {
+            Some(stride) if may_stride && stride.0 != 0 => stride.0,
+            _ => size,
+        };
+        if stride < size {
+            let reason =
+                format!("{what} has elements of {size} bytes, but the byteStride of buffer view {view} is {stride}");
+            return Err(SceneError::malformed(source.path, reason));
+        }
+        let bytes = buffers.view(document, view, source)?;
+        let end = match count {
+            0 => Some(offset),
+            _ => (count - 1).checked_mul(stride as u64).and_then(|b| b.checked_add(size as u64)?.checked_add(offset)),
+        };
+        match end {
+            Some(end) if end <= bytes.len() as u64 => {
+                Ok(Elements { bytes: &bytes[offset as usize..end as usize], count: count as usize, stride, size })
+            }
+            _ => {
+                let reason = format!(
+                    "{what} has {count} elements of {stride} bytes from byte {offset} on, but buffer view {view} has {} bytes",
+                    bytes.len()
+                );
+                Err(SceneError::malformed(source.path, reason))
+            }
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &'b [u8]> {
+        let Elements { bytes, count, stride, size } = *self;
+        (0..count).map(move |i| &bytes[i * stride..i * stride + size])
+    }
+}
+
+fn kind_name(kind: &Checked<Type>) -> &'static str {
+    match kind {
+        Checked::Valid(kind) => plain_kind_name(*kind),
+        Checked::Invalid => "an unknown type",
+    }
+}
+
+fn plain_kind_name(kind: Type) -> &'static str {
+    match kind {
+        Type::Scalar => "SCALAR",
+        Type::Vec2 => "VEC2",
+        Type::Vec3 => "VEC3",
+        Type::Vec4 => "VEC4",
+        Type::Mat2 => "MAT2",
+        Type::Mat3 => "MAT3",
+        Type::Mat4 => "MAT4",
+    }
+}
+
+fn component_name(component: &Checked<::gltf::json::accessor::GenericComponentType>) -> &'static str {
+    match component {
+        Checked::Valid(component) => plain_component_name(component.0),
+        Checked::Invalid => "an unknown component type",
+    }
+}
+
+fn plain_component_name(component: ComponentType) -> &'static str {
+    match component {
+        I8 => "BYTE",
+        U8 => "UNSIGNED_BYTE",
+        I16 => "SHORT",
+        U16 => "UNSIGNED_SHORT",
+        U32 => "UNSIGNED_INT",
+        F32 => "FLOAT",
+    }
+}
