@@ -228,8 +228,8 @@ impl<'b> Elements<'b> {
         source: &mut Source,
     ) -> Result<Elements<'b>, SceneError> {
         if let Some(json) = document.buffer_views.get(view) {
-            let names = json.extensions.iter().flat_map(|e| e.others.keys());
-            let packed = names.filter(|n| MESHOPT.contains(&n.as_str())).next_back();
+            let mut names = json.extensions.iter().flat_map(|e| e.others.keys());
+            let packed = names.find(|n| MESHOPT.contains(&n.as_str()));
             if let Some(extension) = packed.filter(|e| document.requires(e)) {
                 return Err(compressed(extension, source));
             }

@@ -52,8 +52,8 @@ impl<'b> Buffers<'b> {
             (Some(uri), _) => Cow::Owned(fetch(uri, index, source)?),
             (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
             (None, _) => {
-                let fallback = json.extensions.iter().flat_map(|e| &e.others).map(|(name, _)| name.as_str());
-                let meshopt = fallback.filter(|name| MESHOPT.contains(name)).next_back();
+                let mut fallback = json.extensions.iter().flat_map(|e| &e.others).map(|(name, _)| name.as_str());
+                let meshopt = fallback.find(|name| MESHOPT.contains(name));
                 return Err(meshopt.map_or_else(
                     || {
                         SceneError::malformed(
