@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::error::CacheError;
+use super::names::clip;
 
 const SUFFIX: &str = ".bvhc-tmp";
 
@@ -65,8 +66,7 @@ fn resolve(path: &Path) -> io::Result<PathBuf> {
 /// `.scene.bvhc.` for `scene.bvhc`: hidden, and told from the temporary files of its neighbours by the dot.
 fn temporary_prefix(target: &Path) -> String {
     let name = target.file_name().unwrap_or_default().to_string_lossy();
-    let start = &name[..name.floor_char_boundary(200)]; // names may have 255 bytes
-    format!(".{start}.")
+    format!(".{}.", clip(&name, 200)) // names may have 255 bytes
 }
 
 fn create_locked(folder: &Path, prefix: &str) -> io::Result<NamedTempFile> {

@@ -7,7 +7,13 @@ use super::meta::MAX_STRING_LEN;
 
 /// The longest start of `name` that may stand in a file.
 pub fn clip_name(name: &str) -> &str {
-    &name[..name.floor_char_boundary(MAX_STRING_LEN)]
+    clip(name, MAX_STRING_LEN)
+}
+
+/// The longest start of `text` that has at most `max` bytes and ends at a character.
+pub(super) fn clip(text: &str, max: usize) -> &str {
+    let end = (0..=max.min(text.len())).rev().find(|&i| text.is_char_boundary(i));
+    &text[..end.unwrap_or(0)]
 }
 
 /// The section's bytes, or `None` where no part has a name or the text would not fit 32-bit offsets.

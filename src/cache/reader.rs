@@ -12,9 +12,10 @@ use super::container::{Container, is_understood};
 use super::error::{CacheError, Fault};
 use super::names::Names;
 use super::records::{BlasRecord, GeomRecord, InstanceRecord, TriangleRecord};
+use super::rules::Severity;
 use super::section::{SectionEntry, SectionKind};
 use super::writer::hash;
-use super::{Header, Meta, View, keys, pack};
+use super::{Header, Meta, View, check, keys, pack};
 use crate::tree::Node;
 
 /// How deeply a file is looked into when it is opened. Each level includes the ones before it.
@@ -173,6 +174,9 @@ impl Cache {
         let decoded = entries.iter().map(|_| None).collect();
         let mut cache = Cache { bytes, header, entries, decoded, places, meta: None, validation: options.validation };
         cache.fill(meta_place, options).map_err(|fault| fault.of(name))?;
+        if options.validation >= Validation::Tree {
+            cache.check_records().map_err(|fault| fault.of(name))?;
+        }
         Ok(cache)
     }
 
@@ -209,6 +213,14 @@ impl Cache {
             return Err(Fault::invalid("E0204", "content_id does not follow from the section table"));
         }
         Ok(())
+    }
+
+    /// Look into every record and say the first thing that is wrong.
+    fn check_records(&self) -> Result<(), Fault> {
+        let limits = check::Limits { max_issues: 1, ..check::Limits::default() };
+        let report = check::check_records(&self.view(), self.header.tree_flags, Some(&self.header), &limits);
+        let error = report.findings.into_iter().find(|f| f.rule.severity() == Severity::Error);
+        error.map_or(Ok(()), |f| Err(Fault::invalid(f.rule.id, format!("{}: {}", f.place, f.detail))))
     }
 
     pub fn header(&self) -> &Header {
