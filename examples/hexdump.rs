@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// The smallest file with something to hit.
-fn one_triangle() -> Result<Vec<u8>, Box<dyn Error>> {
+pub fn one_triangle() -> Result<Vec<u8>, Box<dyn Error>> {
     let mesh = Mesh {
         positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
         triangles: vec![[0, 1, 2]],
@@ -45,7 +45,7 @@ fn one_triangle() -> Result<Vec<u8>, Box<dyn Error>> {
     Ok(to_bytes(&image, &meta, &WriteOptions::default())?)
 }
 
-fn annotate(bytes: &[u8]) -> Result<String, Box<dyn Error>> {
+pub fn annotate(bytes: &[u8]) -> Result<String, Box<dyn Error>> {
     let cache = Cache::from_bytes(bytes, &OpenOptions { validation: Validation::Hash, ..OpenOptions::default() })?;
     let mut out = String::new();
     lines(&mut out, bytes, 0, &HEADER);

@@ -5,4 +5,5 @@ mod images;
 mod kill;
 mod refuse;
 mod round_trip;
+mod spec;
 mod stale;

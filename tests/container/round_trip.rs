@@ -58,6 +58,20 @@ fn an_empty_scene_is_a_file_and_opens_at_every_level() {
 }
 
 #[test]
+fn well_formed_files_open_at_the_deepest_level() {
+    for image in [one_triangle(), two_instances()] {
+        let bytes = to_bytes(&image, &meta(), &WriteOptions::default()).unwrap();
+        Cache::from_bytes(&bytes, &OpenOptions { validation: Validation::Tree, ..OpenOptions::default() }).unwrap();
+    }
+    let mut image = one_triangle();
+    image.nodes[0].count = 2;
+    let bytes = to_bytes(&image, &meta(), &WriteOptions::default()).unwrap();
+    Cache::from_bytes(&bytes, &hash_level()).unwrap();
+    let tree = OpenOptions { validation: Validation::Tree, ..OpenOptions::default() };
+    assert_eq!(Cache::from_bytes(&bytes, &tree).unwrap_err().rule(), Some("E0408"));
+}
+
+#[test]
 fn facts_of_the_header_repeat_the_sections() {
     let bytes = to_bytes(&two_instances(), &meta(), &WriteOptions::default()).unwrap();
     let cache = Cache::from_bytes(&bytes, &hash_level()).unwrap();
