@@ -65,7 +65,8 @@ fn one_triangle_file_is_these_bytes() {
     .concat();
 
     // The table: kind, flags, elements, and where each lies at 64-byte alignment.
-    let sections: [(&[u8; 4], u32, u64, u32, &[u8]); 6] = [
+    type Row<'a> = (&'a [u8; 4], u32, u64, u32, &'a [u8]);
+    let sections: [Row<'_>; 6] = [
         (b"NODE", 5, 2, 32, &node),
         (b"TRIS", 5, 1, 48, &tris),
         (b"GEOM", 5, 1, 64, &geom),
