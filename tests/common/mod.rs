@@ -1,6 +1,8 @@
 //! What the integration tests share.
 #![allow(dead_code)]
 
+pub mod vectors;
+
 use std::path::PathBuf;
 
 /// The folder of real scenes: `BVHC_MODELS`, else `../shared/models` beside the repository. `None`, with a line that says so,

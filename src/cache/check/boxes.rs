@@ -80,10 +80,14 @@ fn check_node(nodes: &[Node], i: usize, items: Option<Items<'_>>, at: TreePlace,
         return;
     }
     if !node.is_leaf() {
+        // Only a pair that the walk would follow is a pair of children.
         let first = node.first as usize;
-        for child in [first, first.saturating_add(1)] {
+        if first <= i || !first.is_multiple_of(2) {
+            return;
+        }
+        for child in [first, first + 1] {
             let Some(inner) = nodes.get(child).map(Node::bounds) else { continue };
-            if !bounds.contains(&inner) && inner.is_valid() && child > i {
+            if !bounds.contains(&inner) && inner.is_valid() {
                 out.add(&rules::E0411, at.node(child), || (show(&bounds), show(&inner)));
             }
         }

@@ -40,7 +40,7 @@ pub fn read<'a>(file: &'a [u8], out: &mut Report) -> Option<Layout<'a>> {
     let header = read_header(file, out)?;
     let entries = read_table(file, &header, out)?;
     let mut readable = vec![true; entries.len()]; // as many as there are entries in the file
-    check_tiling(file, &entries, out.count(&rules::E0106) == 0, &mut readable, out);
+    check_tiling(file, &header, &entries, &mut readable, out);
     for (i, entry) in entries.iter().enumerate() {
         readable[i] &= check_entry(entry, place(&header, entry, i), out);
     }
@@ -78,7 +78,9 @@ fn read_header(file: &[u8], out: &mut Report) -> Option<Header> {
     if header.major != MAJOR {
         out.add(&rules::E0103, Place::byte(8), || (MAJOR.to_string(), header.major.to_string()));
     } else {
-        if header.min_minor > MINOR {
+        if header.min_minor > header.minor {
+            out.add(&rules::E0128, Place::byte(10), || (header.min_minor.to_string(), header.minor.to_string()));
+        } else if header.min_minor > MINOR {
             out.add(&rules::E0104, Place::byte(12), || (MINOR.to_string(), header.min_minor.to_string()));
         }
         let unknown = header.features_required & !KNOWN_REQUIRED_FEATURES;
@@ -95,9 +97,6 @@ fn read_header(file: &[u8], out: &mut Report) -> Option<Header> {
     }
 
     // Hold the fields against the file and each other.
-    if header.min_minor > header.minor {
-        out.add(&rules::E0128, Place::byte(10), || (header.min_minor.to_string(), header.minor.to_string()));
-    }
     if header.file_len != file.len() as u64 || !header.file_len.is_multiple_of(64) {
         let stated = || format!("{} (a multiple of 64)", header.file_len);
         out.add(&rules::E0106, Place::byte(16), || (stated(), file.len().to_string()));
@@ -167,9 +166,9 @@ fn place(header: &Header, entry: &SectionEntry, i: usize) -> Place {
 }
 
 /// Sections stand in order, on their boundaries, inside the file, and only short zero padding stands between them.
-fn check_tiling(file: &[u8], entries: &[SectionEntry], length_is_right: bool, readable: &mut [bool], out: &mut Report) {
+fn check_tiling(file: &[u8], header: &Header, entries: &[SectionEntry], readable: &mut [bool], out: &mut Report) {
     let len = file.len() as u64;
-    let mut end = Header::LEN as u64 + (entries.len() * SectionEntry::LEN) as u64;
+    let mut end = u64::from(header.header_len) + (entries.len() * SectionEntry::LEN) as u64;
     for (i, entry) in entries.iter().enumerate() {
         let at = Place { offset: Some(entry.offset), ..Place::section(entry.kind) };
         let mut refuse = |rule: &'static Rule, expected: String, actual: String| {
@@ -209,6 +208,8 @@ fn check_tiling(file: &[u8], entries: &[SectionEntry], length_is_right: bool, re
         }
         end = section_end;
     }
+    // A file of another length has been told so.
+    let length_is_right = header.file_len == len && len.is_multiple_of(64);
     if length_is_right && end <= len && entries.iter().all(|e| e.end().is_some_and(|end| end <= len)) {
         check_gap(file, end, len, 64, out);
     }

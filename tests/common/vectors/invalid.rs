@@ -1,0 +1,429 @@
+//! For each rule a file that breaks it, every hash made right again, so that nothing else can be found.
+
+use bvhc::cache::check::{Level, Limits, Report, Source, check_bytes};
+use bvhc::cache::rules::{self, Rule};
+use bvhc::cache::{
+    Header, Image, InstanceRecord, SectionEntry, SectionKind, TriangleRecord, WriteOptions, section_flags, to_bytes,
+    tree_flags,
+};
+use bvhc::geom::Affine;
+use bvhc::scene::{Instance, Mesh};
+use bvhc::tree::{Accel, Node, Tree};
+
+use super::bytes::{self, file, put_together, refix, sign, take_apart, with_entry, with_header};
+use super::scenes::{self, comb, cut_in_two, one_level, pile, restate_sah, sheet, tree, two_level};
+use super::valid;
+
+/// A file that breaks one rule.
+pub struct Invalid {
+    pub rule: &'static Rule,
+    pub bytes: Vec<u8>,
+    /// Its bytes depend on the compressor's version.
+    pub packed: bool,
+    /// What is compared at source level; empty for the other rules.
+    pub source: Option<Model>,
+    pub limits: Limits,
+}
+
+impl Invalid {
+    /// The check that must find this rule and no other.
+    pub fn check(&self) -> Report {
+        match &self.source {
+            None => check_bytes(&self.bytes, Level::Tree, None, &self.limits),
+            Some(model) => {
+                let (inputs, instances) = (scenes::inputs(), model.instances.as_deref());
+                let source = Source { meshes: &model.meshes, instances, inputs: &inputs };
+                check_bytes(&self.bytes, Level::Source, Some(&source), &self.limits)
+            }
+        }
+    }
+}
+
+/// What a source model holds.
+pub struct Model {
+    pub meshes: Vec<Mesh>,
+    pub instances: Option<Vec<Instance>>,
+}
+
+/// One file for each rule of the catalogue, in no order.
+pub fn all() -> Vec<Invalid> {
+    [container(), hashes(), counts(), topology(), triangles(), instances(), source()].into_iter().flatten().collect()
+}
+
+fn broken(rule: &'static Rule, bytes: Vec<u8>) -> Invalid {
+    Invalid { rule, bytes, packed: false, source: None, limits: Limits::default() }
+}
+
+fn plane() -> Vec<u8> {
+    file(&valid::plane())
+}
+
+fn container() -> Vec<Invalid> {
+    let head = |rule, edit: fn(&mut Header)| broken(rule, with_header(plane(), edit));
+    let node = |rule, edit: fn(&mut SectionEntry)| broken(rule, with_entry(plane(), SectionKind::NODE, edit));
+    let mut text_mode = plane();
+    text_mode.splice(4..6, [b'\n']);
+    let mut padding = plane();
+    *padding.last_mut().unwrap() = 1;
+    let mut longer = plane();
+    longer.extend([0; 64]);
+    let longer = with_header(longer, |h| h.file_len += 64);
+    let (header, mut without_geom) = take_apart(&plane());
+    without_geom.remove(2);
+    let twice = bytes::stored(&mut plane(), SectionKind::META).to_vec();
+    vec![
+        broken(&rules::E0101, plane()[..200].to_vec()),
+        broken(&rules::E0102, text_mode),
+        head(&rules::E0103, |h| h.major = 2),
+        head(&rules::E0104, |h| (h.minor, h.min_minor) = (1, 1)),
+        head(&rules::E0105, |h| h.header_len = 192),
+        head(&rules::E0106, |h| h.file_len += 64),
+        head(&rules::E0107, |h| h.features_required = 1 << 9),
+        head(&rules::E0108, |h| h.section_count = 65_537),
+        head(&rules::E0109, |h| h.section_entry_len = 64),
+        head(&rules::E0110, |h| h.section_table_off = 320),
+        head(&rules::E0111, |h| h.reserved[3] = 1),
+        node(&rules::E0112, |e| e.reserved[11] = 1),
+        broken(
+            &rules::E0113,
+            bytes::with_section(&plane(), *b"WARP", section_flags::CRITICAL, b"no reader knows this"),
+        ),
+        node(&rules::E0114, |e| e.schema = 2),
+        node(&rules::E0115, |e| e.codec = 7),
+        node(&rules::E0116, |e| e.align_log2 = 5),
+        broken(
+            &rules::E0117,
+            with_entry(plane(), SectionKind::META, |e| {
+                e.stored_len += 4096;
+                e.raw_len += 4096;
+            }),
+        ),
+        node(&rules::E0118, |e| {
+            e.stored_len += 64;
+            e.raw_len += 64;
+            e.elem_count += 2;
+        }),
+        broken(&rules::E0119, padding),
+        broken(&rules::E0120, longer),
+        broken(&rules::E0121, bytes::with_section(&plane(), *b"META", section_flags::COPY_SAFE, &twice)),
+        node(&rules::E0122, |e| {
+            e.elem_size = 64;
+            e.elem_count /= 2;
+        }),
+        node(&rules::E0123, |e| e.elem_count += 1),
+        node(&rules::E0124, |e| e.flags |= section_flags::COPY_SAFE),
+        broken(&rules::E0125, put_together(header, without_geom)),
+        head(&rules::E0126, |h| h.tree_flags |= 1 << 10),
+        Invalid {
+            packed: true,
+            limits: Limits { max_memory: 1000, ..Limits::default() },
+            ..broken(&rules::E0127, valid::packed())
+        },
+        head(&rules::E0128, |h| h.min_minor = 1),
+        broken(
+            &rules::E0129,
+            with_entry(plane(), SectionKind::META, |e| {
+                e.codec = SectionEntry::ZSTD;
+                e.raw_len = (1 << 20) + 1;
+            }),
+        ),
+        broken(&rules::W0101, valid::unknown_ancillary()),
+    ]
+}
+
+fn hashes() -> Vec<Invalid> {
+    let packed = |rule, bytes| Invalid { packed: true, ..broken(rule, bytes) };
+    let mut flipped = plane();
+    bytes::stored(&mut flipped, SectionKind::NODE)[5] ^= 0x10;
+    let mut header_flipped = plane();
+    header_flipped[60] ^= 0x40;
+    let mut content = bytes::header(&plane());
+    content.content_id[0] ^= 1;
+    let mut other_content = plane();
+    bytes::set_header(&mut other_content, &content);
+    let mut garbled = valid::packed();
+    bytes::stored(&mut garbled, SectionKind::TRIS)[8] ^= 1; // the length of the first frame
+    let longer = |kind| {
+        let (header, mut sections) = take_apart(&plane());
+        sections.iter_mut().filter(|(e, _)| e.kind == kind).for_each(|(_, data)| data.push(0));
+        put_together(header, sections)
+    };
+    let mut names = file(&valid::parts());
+    bytes::stored(&mut names, SectionKind::NAMS)[8] = 200; // where the first name ends
+    vec![
+        broken(&rules::E0201, flipped),
+        packed(&rules::E0202, with_entry(valid::packed(), SectionKind::TRIS, |e| e.raw_hash[0] ^= 1)),
+        broken(&rules::E0203, header_flipped),
+        broken(&rules::E0204, sign(other_content)),
+        packed(&rules::E0205, refix(garbled)),
+        broken(&rules::E0206, longer(SectionKind::META)),
+        broken(&rules::E0207, with_header(plane(), |h| h.build_key[0] ^= 1)),
+        broken(&rules::E0208, refix(names)),
+    ]
+}
+
+/// A file made from an edited image; the SAH follows the edit.
+fn image(rule: &'static Rule, mut image: Image, edit: impl FnOnce(&mut Image)) -> Invalid {
+    edit(&mut image);
+    restate_sah(&mut image);
+    broken(rule, file(&image))
+}
+
+fn counts() -> Vec<Invalid> {
+    let head = |rule, edit: fn(&mut Header)| broken(rule, with_header(plane(), edit));
+    let edited = |rule, edit: fn(&mut Image)| image(rule, valid::plane(), edit);
+    let extra_geom = |rule, blas, first_prim, prim_count| {
+        image(rule, valid::plane(), |i| {
+            let row = i.geoms[0];
+            i.geoms.push(bvhc::cache::GeomRecord {
+                blas,
+                first_prim,
+                prim_count,
+                kept_count: 0,
+                name_hash: [0; 32],
+                ..row
+            });
+            i.names.push(String::new());
+        })
+    };
+    vec![
+        head(&rules::E0301, |h| h.node_count += 1),
+        head(&rules::E0302, |h| h.ref_count += 1),
+        head(&rules::E0303, |h| h.prim_count += 1),
+        head(&rules::E0304, |h| h.blas_count += 1),
+        head(&rules::E0305, |h| h.instance_count += 1),
+        head(&rules::E0306, |h| h.max_depth += 1),
+        head(&rules::E0307, |h| h.scene_max[1] = h.scene_max[1].next_up()),
+        head(&rules::E0308, |h| h.frame_count = 2),
+        head(&rules::E0309, |h| h.tree_flags ^= tree_flags::DUP_REFS | tree_flags::REFITTABLE),
+        edited(&rules::E0310, |i| i.nodes.extend([zero_node(); 2])),
+        edited(&rules::E0311, |i| i.triangles.push(i.triangles[0])),
+        edited(&rules::E0312, |i| {
+            i.nodes.push(zero_node());
+            i.blases[0].node_count += 1;
+        }),
+        edited(&rules::E0313, |i| i.blases[0].flags = tree_flags::DUP_REFS | tree_flags::REFITTABLE),
+        extra_geom(&rules::E0314, 99, 0, 0),
+        edited(&rules::E0315, |i| i.geoms[0].reserved = 1),
+        extra_geom(&rules::E0316, 0, u32::MAX, 2),
+        broken(&rules::E0317, without_top()),
+        edited(&rules::E0318, |i| i.geoms[0].kept_count -= 1),
+        edited(&rules::E0319, |i| i.blases[0].prim_count += 1),
+        edited(&rules::E0320, |i| i.geoms[0].name_hash[31] ^= 1),
+    ]
+}
+
+fn zero_node() -> Node {
+    Node { min: [0.0; 3], first: 0, max: [0.0; 3], count: 0 }
+}
+
+/// The two-level file without its top level, everything else made to agree.
+fn without_top() -> Vec<u8> {
+    let image = two_level();
+    let (mut header, mut sections) = take_apart(&file(&image));
+    sections.retain(|(e, _)| e.kind != SectionKind::TNOD && e.kind != SectionKind::INST);
+    header.tree_flags &= !tree_flags::TWO_LEVEL;
+    header.instance_count = 0;
+    header.node_count -= image.tlas_nodes.len() as u64 - 1;
+    header.max_depth = image.blases.iter().map(|b| b.max_depth).max().unwrap();
+    (header.scene_min, header.scene_max) = (image.nodes[0].min, image.nodes[0].max);
+    put_together(header, sections)
+}
+
+fn topology() -> Vec<Invalid> {
+    // In the tree over the plane node 2 is the root's first child; over eight triangles its pairs are 4 and 10.
+    let edited = |rule, edit: fn(&mut Image)| image(rule, valid::plane(), edit);
+    let four = || {
+        let mesh = pile(4);
+        let tree = tree(&mesh, 1);
+        one_level(mesh, tree)
+    };
+    let (deep_mesh, deep_tree) = comb(66);
+    let big_leaf = pile(256);
+    let big_tree = tree(&big_leaf, 256);
+    let deeper = with_header(
+        file(&{
+            let mut image = valid::plane();
+            image.blases[0].max_depth += 1;
+            image
+        }),
+        |h| h.max_depth -= 1,
+    );
+    vec![
+        edited(&rules::E0401, |i| i.nodes[2].first += 1),
+        edited(&rules::E0402, |i| {
+            let inner = (4..i.nodes.len()).find(|&n| !i.nodes[n].is_leaf()).unwrap();
+            i.nodes[inner].first = 2;
+        }),
+        edited(&rules::E0403, |i| i.nodes[2].first = i.nodes.len() as u32),
+        image(&rules::E0404, four(), |i| i.nodes[3].first = i.nodes[2].first),
+        edited(&rules::E0405, |i| {
+            i.nodes.extend([zero_node(); 2]);
+            i.blases[0].node_count += 2;
+        }),
+        broken(&rules::E0406, file(&one_level(deep_mesh, deep_tree))),
+        broken(&rules::E0407, deeper),
+        edited(&rules::E0408, |i| {
+            let last = i.triangles.len() as u32 - 1;
+            let leaf = i.nodes.iter().position(|n| n.is_leaf() && n.first == last).unwrap();
+            i.nodes[leaf].count += 1;
+        }),
+        image(&rules::E0409, four(), |i| (i.nodes[4].first, i.nodes[5].first) = (i.nodes[5].first, i.nodes[4].first)),
+        broken(&rules::E0410, file(&one_level(big_leaf, big_tree))),
+        edited(&rules::E0411, |i| i.nodes[2].max[1] = i.nodes[2].max[1].next_down()),
+        edited(&rules::E0412, |i| {
+            let leaf = (4..i.nodes.len()).find(|&n| i.nodes[n].is_leaf()).unwrap();
+            i.nodes[leaf].min[0] = i.nodes[leaf].max[0] + 1.0;
+        }),
+        edited(&rules::E0413, |i| i.nodes[1].count = 1),
+        edited(&rules::E0414, |i| i.blases[0].min[0] = i.blases[0].min[0].next_down()),
+        image(&rules::E0426, four(), |i| {
+            (i.nodes[2].first, i.nodes[3].first) = (6, 4);
+            for k in 0..2 {
+                i.nodes.swap(4 + k, 6 + k);
+            }
+        }),
+        broken(
+            &rules::E0427,
+            file(&{
+                let mut image = valid::plane();
+                image.blases[0].sah = image.blases[0].sah.next_up();
+                image
+            }),
+        ),
+    ]
+}
+
+fn triangles() -> Vec<Invalid> {
+    let edited = |rule, edit: fn(&mut Image)| image(rule, valid::plane(), edit);
+    let cut = |rule, lists| broken(rule, file(&cut_in_two(lists)));
+    let cut_edited = |rule, edit: fn(&mut Image)| image(rule, valid::duplicates(), edit);
+    vec![
+        edited(&rules::E0415, |i| i.triangles[0].prim = 8),
+        edited(&rules::E0416, |i| i.triangles[0].geom = 1),
+        edited(&rules::E0417, |i| i.triangles[0].v0[0] = f32::NAN),
+        edited(&rules::E0418, |i| i.triangles[0].flags = 4),
+        edited(&rules::E0419, |i| i.triangles[0].v1[2] = 1e-30),
+        cut(&rules::E0420, [&[0, 1], &[0, 2], &[0, 3]]),
+        image(
+            &rules::E0421,
+            {
+                let mesh = pile(4);
+                let tree = tree(&mesh, 1);
+                one_level(mesh, tree)
+            },
+            |i| {
+                i.triangles[1].prim = i.triangles[0].prim;
+                i.geoms[0].kept_count -= 1;
+                i.blases[0].prim_count -= 1;
+            },
+        ),
+        edited(&rules::E0422, |i| i.triangles[0].flags = TriangleRecord::DUPLICATED),
+        cut(&rules::E0423, [&[0, 1, 0], &[0, 2], &[3]]),
+        cut_edited(&rules::E0424, |i| {
+            let copy = (0..i.triangles.len()).rev().find(|&t| i.triangles[t].prim == 0).unwrap();
+            i.triangles[copy].v1[0] = 8.5;
+        }),
+        // The right leaf's box ends one step below the corner at x = 8.
+        cut_edited(&rules::E0425, |i| i.nodes[5].max[0] = i.nodes[5].max[0].next_down()),
+        edited(&rules::W0401, |i| {
+            let zero = i.triangles.iter().position(|t| t.v0[0] == 0.0).unwrap();
+            i.triangles[zero].v0[0] = -0.0;
+        }),
+    ]
+}
+
+fn instances() -> Vec<Invalid> {
+    let edited = |rule, edit: fn(&mut Image)| {
+        broken(
+            rule,
+            file(&{
+                let mut image = two_level();
+                edit(&mut image);
+                image
+            }),
+        )
+    };
+    let place = |mesh| Instance { mesh, transform: Affine::IDENTITY, node: 0, name: String::new() };
+    let with_meshes = |meshes: Vec<Mesh>, instances: Vec<Instance>| {
+        let blases = meshes.iter().map(|m| if m.triangles.is_empty() { Tree::default() } else { tree(m, 2) }).collect();
+        file(&Image::new(&scenes::with_top(meshes, blases, instances)))
+    };
+    vec![
+        edited(&rules::E0501, |i| i.instances[1].world_to_object[5] = f32::INFINITY),
+        edited(&rules::E0502, |i| i.instances[1].world_to_object[0] *= 1.001),
+        edited(&rules::E0503, |i| i.instances[0].blas = 2),
+        edited(&rules::E0504, |i| i.instances[1].id = i.instances[0].id),
+        edited(&rules::E0505, |i| i.instances[1].flags ^= InstanceRecord::MIRRORED),
+        edited(&rules::E0506, |i| i.instances[1].reserved[2] = 7),
+        edited(&rules::E0507, |i| {
+            let leaf = (2..i.tlas_nodes.len()).find(|&n| i.tlas_nodes[n].is_leaf()).unwrap();
+            i.tlas_nodes[leaf].max[1] = i.tlas_nodes[leaf].max[1].next_down();
+        }),
+        broken(&rules::W0501, with_meshes(vec![pile(3), Mesh::default()], vec![place(0), place(1)])),
+        broken(&rules::W0502, with_meshes(vec![pile(3), pile(2)], vec![place(0), place(0)])),
+    ]
+}
+
+/// The model of the source rules: eight triangles, of which the last was dropped.
+fn seven() -> Mesh {
+    let mut mesh = sheet(2, 0.0);
+    mesh.triangles.truncate(7);
+    mesh.source_prims = (0..7).collect();
+    mesh.parts[0].triangle_count = 7;
+    mesh
+}
+
+fn source() -> Vec<Invalid> {
+    let against = |rule, bytes, mesh| Invalid {
+        source: Some(Model { meshes: vec![mesh], instances: None }),
+        ..broken(rule, bytes)
+    };
+    let made_from = |mesh: Mesh| {
+        let tree = tree(&mesh, 1);
+        file(&one_level(mesh, tree))
+    };
+    let mut six = seven();
+    six.triangles.truncate(6);
+    six.source_prims.truncate(6);
+    six.parts[0].triangle_count = 6;
+    let mut moved = seven();
+    moved.positions[4][2] += 0.5;
+    let mut other_part = seven();
+    other_part.parts[0].source_part = 3;
+    let accel: Accel = scenes::two_level_accel();
+    let mut other_node = accel.clone();
+    other_node.instances[3].node = 77;
+    let mut meta = scenes::meta();
+    meta.dependencies[0].len += 1;
+    let tree_of_seven = tree(&seven(), 1);
+    let other_input = to_bytes(&one_level(seven(), tree_of_seven), &meta, &WriteOptions::default()).unwrap();
+    vec![
+        against(&rules::E0601, made_from(six), seven()),
+        against(&rules::E0602, made_from(sheet(2, 0.0)), seven()),
+        against(&rules::E0603, made_from(moved), seven()),
+        against(&rules::E0604, made_from(other_part), seven()),
+        Invalid {
+            source: Some(Model { meshes: accel.meshes, instances: Some(accel.instances) }),
+            ..broken(&rules::E0605, file(&Image::new(&other_node)))
+        },
+        against(&rules::E0606, other_input, seven()),
+    ]
+}
+
+/// Pairs that share their children: see `E0404`.
+pub fn ladder() -> Vec<u8> {
+    let (mesh, _) = comb(2);
+    let bounds = mesh.triangle_box(0);
+    let mut nodes = vec![Node::inner(bounds, 2), zero_node()];
+    for step in 1..65 {
+        nodes.extend([Node::inner(bounds, 2 * step + 2); 2]);
+    }
+    nodes.extend([Node::leaf(bounds, 0, 1), Node::leaf(bounds, 1, 1)]);
+    let mut image = one_level(mesh.clone(), tree(&mesh, 1));
+    image.blases[0].node_count = nodes.len() as u32;
+    image.blases[0].max_depth = 64;
+    image.nodes = nodes;
+    restate_sah(&mut image);
+    file(&image)
+}

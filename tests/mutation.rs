@@ -1,0 +1,219 @@
+//! The checker checked: each rule finds the file that breaks it and nothing else, and no damage goes unnoticed.
+
+mod common;
+
+use std::collections::BTreeMap;
+
+use bvhc::cache::check::{Level, Limits, check_bytes};
+use bvhc::cache::{Cache, OpenOptions, rules};
+use common::vectors::{bytes as vectors_bytes, invalid, valid};
+
+fn lines(report: &bvhc::cache::check::Report) -> String {
+    report.findings.iter().map(|f| format!("\n  {f}")).collect()
+}
+
+#[test]
+fn every_valid_vector_is_clean() {
+    for v in valid::all() {
+        let report = check_bytes(&v.bytes, Level::Source, None, &Limits::default());
+        assert!(report.is_valid(), "{}:{}", v.name, lines(&report));
+        let ancillary = v.name == "unknown-ancillary-section";
+        assert_eq!(report.is_clean(), !ancillary, "{}:{}", v.name, lines(&report));
+        assert!(report.not_checked.is_empty(), "{}: {:?}", v.name, report.not_checked);
+    }
+}
+
+#[test]
+fn every_rule_finds_the_file_that_breaks_it_and_nothing_else() {
+    let mut wrong = Vec::new();
+    for v in invalid::all() {
+        let report = v.check();
+        let found: Vec<&str> = report.counts().map(|(r, _)| r.id).collect();
+        if found != [v.rule.id] {
+            wrong.push(format!("{} {}: found {found:?}{}", v.rule.id, v.rule.name, lines(&report)));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn no_rule_is_without_its_file() {
+    let mut made: BTreeMap<&str, u32> = BTreeMap::new();
+    for v in invalid::all() {
+        *made.entry(v.rule.id).or_default() += 1;
+    }
+    for rule in rules::all() {
+        assert_eq!(made.get(rule.id), Some(&1), "{} {}", rule.id, rule.name);
+    }
+}
+
+/// A small generator of numbers, so that the tests damage the same bytes everywhere.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.roll() % n.max(1) as u64) as usize
+    }
+}
+
+#[test]
+fn each_of_20_000_bit_flips_is_detected() {
+    let vectors = valid::all();
+    let mut dice = Dice(1);
+    for i in 0..20_000 {
+        let v = &vectors[i % vectors.len()];
+        let mut bytes = v.bytes.clone();
+        let (at, bit) = (dice.below(bytes.len()), dice.below(8));
+        bytes[at] ^= 1 << bit;
+        let report = check_bytes(&bytes, Level::Hash, None, &Limits::default());
+        assert!(!report.is_valid(), "{}: bit {bit} of byte {at} flips unseen", v.name);
+    }
+}
+
+#[test]
+fn every_truncation_and_any_appended_byte_is_detected() {
+    for v in valid::all() {
+        // Each length of the small files; of the larger ones every length up to the sections, then every 61st.
+        let lengths = (0..v.bytes.len()).filter(|l| v.bytes.len() < 6000 || *l < 1300 || l % 61 == 0);
+        for len in lengths {
+            let report = check_bytes(&v.bytes[..len], Level::Quick, None, &Limits::default());
+            assert!(!report.is_valid(), "{} cut to {len} bytes passes", v.name);
+        }
+        for byte in [0, 1, 255] {
+            let longer = [&v.bytes[..], &[byte]].concat();
+            let report = check_bytes(&longer, Level::Quick, None, &Limits::default());
+            assert_eq!(report.count(&rules::E0106), 1, "{} with a byte {byte} behind it passes", v.name);
+        }
+    }
+}
+
+#[test]
+fn unaligned_bytes_are_checked_like_aligned_ones() {
+    let v = valid::two_level_file();
+    for shift in 0..9 {
+        let mut shifted = vec![0; shift];
+        shifted.extend(&v);
+        let report = check_bytes(&shifted[shift..], Level::Tree, None, &Limits::default());
+        assert!(report.is_clean(), "shifted by {shift}:{}", lines(&report));
+    }
+}
+
+/// Sixty-five pairs, both nodes of each pointing at the next pair: in bounds, acyclic, 64 deep, and 2⁶⁴ visits to follow.
+#[test]
+fn a_ladder_of_shared_pairs_is_refused_at_once() {
+    let start = std::time::Instant::now();
+    let bytes = invalid::ladder();
+    assert!(bytes.len() < 8192);
+    let report = check_bytes(&bytes, Level::Tree, None, &Limits::default());
+    assert!(report.count(&rules::E0404) > 0, "{}", lines(&report));
+    assert!(start.elapsed().as_secs_f64() < 1.0);
+}
+
+#[test]
+fn findings_are_capped_but_all_are_counted() {
+    let mut bytes = valid::plane_file();
+    for kind in [bvhc::cache::SectionKind::TRIS] {
+        for (i, byte) in vectors_bytes::stored(&mut bytes, kind).iter_mut().enumerate() {
+            // The part of every triangle.
+            if i % 48 == 28 {
+                *byte = 9;
+            }
+        }
+    }
+    let bytes = vectors_bytes::refix(bytes);
+    let report = check_bytes(&bytes, Level::Tree, None, &Limits { max_issues: 3, ..Limits::default() });
+    let stored = report.findings.iter().filter(|f| f.rule == &rules::E0416).count();
+    assert_eq!((stored, report.count(&rules::E0416), report.truncated()), (3, 8, 5));
+    // Each finding says where in the file the record stands.
+    let first = report.findings.iter().find(|f| f.rule == &rules::E0416).unwrap();
+    let at = first.place.offset.unwrap() as usize;
+    assert_eq!(bytes[at + 28], 9, "{first}");
+}
+
+/// The report is the same for one thread and for several.
+#[test]
+fn reports_do_not_depend_on_threads() {
+    let mut bytes = valid::packed();
+    let mut dice = Dice(7);
+    bytes = vectors_bytes::unpack(&bytes);
+    let tris = vectors_bytes::stored(&mut bytes, bvhc::cache::SectionKind::TRIS);
+    for _ in 0..500 {
+        let at = dice.below(tris.len());
+        tris[at] ^= 0x11;
+    }
+    let bytes = vectors_bytes::refix(bytes);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| check_bytes(&bytes, Level::Tree, None, &Limits::default()).findings)
+    };
+    let one = run(1);
+    assert!(one.len() > 50);
+    assert_eq!(one, run(3));
+}
+
+/// Damage records at random, make every hash right again, and check: nothing panics or hangs, and what is called valid can be
+/// traced.
+fn damage_and_repair(rounds: usize, seed: u64) {
+    let vectors: Vec<Vec<u8>> = valid::all().into_iter().map(|v| v.bytes).collect();
+    let mut dice = Dice(seed);
+    let mut accepted = 0;
+    for round in 0..rounds {
+        let mut bytes = vectors[dice.below(vectors.len())].clone();
+        let entries = vectors_bytes::entries(&bytes);
+        for _ in 0..1 + dice.below(4) {
+            // Mostly records, sometimes the table and the header; whole words as often as bits.
+            let entry = entries.get(dice.below(entries.len())).filter(|e| e.stored_len >= 4 && dice.below(8) != 0);
+            let (from, len) = match entry {
+                Some(e) => (e.offset as usize, e.stored_len as usize),
+                None => (0, 256 + 128 * entries.len()),
+            };
+            let at = (from + dice.below(len / 4) * 4).min(bytes.len() - 4);
+            let word = match dice.below(6) {
+                0 => dice.roll() as u32,
+                1 => dice.below(70) as u32,
+                2 => u32::MAX - dice.below(3) as u32,
+                3 => f32::NAN.to_bits(),
+                4 => u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()).wrapping_add(1),
+                _ => u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) ^ 1 << dice.below(32),
+            };
+            bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
+        }
+        let bytes = vectors_bytes::refix(bytes);
+        let limits = Limits { max_memory: 64 << 20, ..Limits::default() };
+        let report = check_bytes(&bytes, Level::Tree, None, &limits);
+        if report.is_valid() {
+            accepted += 1;
+            trace_some(&bytes, &mut dice, round);
+        }
+    }
+    println!("{accepted} of {rounds} damaged files are still valid");
+}
+
+#[test]
+fn damaged_and_repaired_files_never_panic() {
+    damage_and_repair(2_000, 3);
+}
+
+#[test]
+#[ignore = "long: 200 000 damaged and repaired files"]
+fn long_damaged_and_repaired_files_never_panic() {
+    damage_and_repair(200_000, 11);
+}
+
+/// Sixty-four rays through a file that the check calls valid.
+fn trace_some(bytes: &[u8], dice: &mut Dice, round: usize) {
+    let options = OpenOptions { max_memory: 64 << 20, ..OpenOptions::default() };
+    let cache = Cache::from_bytes(bytes, &options);
+    let cache = cache.unwrap_or_else(|e| panic!("round {round}: the check says valid, the reader: {e}"));
+    let view = cache.view();
+    assert!(view.blases.iter().enumerate().all(|(i, _)| view.blas(i).is_some()));
+    let _ = dice;
+}
