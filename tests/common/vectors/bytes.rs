@@ -18,13 +18,18 @@ pub fn set_header(file: &mut [u8], header: &Header) {
     file[..Header::LEN].copy_from_slice(bytes_of(header));
 }
 
+/// The table stands behind the header, however long that says it is.
+fn table_start(file: &[u8]) -> usize {
+    usize::from(header(file).header_len).clamp(Header::LEN, file.len())
+}
+
 pub fn entries(file: &[u8]) -> Vec<SectionEntry> {
-    let at = |i: usize| Header::LEN + i * SectionEntry::LEN;
+    let at = |i: usize| table_start(file) + i * SectionEntry::LEN;
     (0..header(file).section_count as usize).map_while(|i| file.get(at(i)..at(i + 1)).map(pod_read_unaligned)).collect()
 }
 
 pub fn set_entry(file: &mut [u8], i: usize, entry: &SectionEntry) {
-    let at = Header::LEN + i * SectionEntry::LEN;
+    let at = table_start(file) + i * SectionEntry::LEN;
     file[at..at + SectionEntry::LEN].copy_from_slice(bytes_of(entry));
 }
 
@@ -59,7 +64,7 @@ pub fn with_entry(mut file: Vec<u8>, kind: SectionKind, edit: impl FnOnce(&mut S
 /// needs the decoder), then `content_id` and `file_id`.
 pub fn refix(mut file: Vec<u8>) -> Vec<u8> {
     for (i, mut entry) in entries(&file).into_iter().enumerate() {
-        let range = entry.offset as usize..(entry.offset as usize).saturating_add(entry.stored_len as usize);
+        let range = entry.offset as usize..entry.offset.saturating_add(entry.stored_len) as usize;
         let Some(bytes) = file.get(range) else { continue };
         entry.stored_hash = *blake3::hash(bytes).as_bytes();
         if entry.codec == SectionEntry::RAW {
@@ -76,7 +81,7 @@ pub fn refix(mut file: Vec<u8>) -> Vec<u8> {
 /// Recompute `file_id` alone.
 pub fn sign(mut file: Vec<u8>) -> Vec<u8> {
     let mut h = header(&file);
-    let start = (h.header_len as usize).clamp(Header::LEN, file.len());
+    let start = table_start(&file);
     let end = (start + entries(&file).len() * SectionEntry::LEN).min(file.len());
     h.file_id = keys::file_id(&h, &file[Header::LEN..start], &file[start..end]);
     set_header(&mut file, &h);
