@@ -1,13 +1,14 @@
 //! Object splits by binned SAH (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007): references are
 //! counted into equal bins over the box of their *centres*, and the planes between bins compete on all three axes.
 
-use super::bins::{BinMap, Bins, Plane};
+use super::bins::{AxisMap, BinMap, Bins};
 use super::cost::Sah;
 use super::exec::Executor;
 use super::options::{Axes, BuildOptions};
-use super::partition::partition;
+use super::partition::{bounds_of, partition};
 use super::prim_ref::PrimRef;
 use super::strategy::{Child, Decision, NodeTask, Strategy};
+use super::subsets::{EXHAUSTIVE, Subset, best_subset, partition_subset};
 use crate::geom::Aabb;
 
 /// From so many references on, bins are filled in chunks of [`CHUNK`].
@@ -26,18 +27,25 @@ pub struct Binned {
 /// The best object split of a node, not yet carried out.
 #[derive(Clone, Copy, Debug)]
 pub struct ObjectSplit {
-    map: BinMap,
-    plane: Plane,
+    how: How,
     /// `A_L·N_L + A_R·N_R`, with areas scaled as by [`area_scale`].
     pub weight: f32,
     /// Exact boxes of the two sides.
     pub bounds: [Aabb; 2],
 }
 
+/// Which references go left.
+#[derive(Clone, Copy, Debug)]
+enum How {
+    Plane(AxisMap, u32),
+    Subset(Subset),
+}
+
 /// A factor for edges that brings a box's longest edge to about 1. Areas of the scaled box and of all boxes in it neither overflow nor vanish.
 pub fn area_scale(bounds: &Aabb) -> f32 {
     let [x, y, z] = bounds.extent();
-    1.0 / x.max(y).max(z)
+    let larger = |a: f32, b: f32| if a > b { a } else { b };
+    1.0 / larger(larger(x, y), z)
 }
 
 /// Half the area of a box whose edges are multiplied by `scale` first.
@@ -58,9 +66,15 @@ impl Binned {
 
     /// The cheapest object split, or `None` where all centres coincide or areas are no numbers.
     pub fn find(&self, node: &NodeTask, refs: &[PrimRef], exec: &Executor) -> Option<ObjectSplit> {
+        if refs.len() <= EXHAUSTIVE && self.axes == Axes::All {
+            let (subset, weight, bounds) = best_subset(refs, area_scale(&node.bounds))?;
+            return Some(ObjectSplit { how: How::Subset(subset), weight, bounds });
+        }
         let bins = self.bins.min(4 + node.live / 20);
         match bins {
+            ..=4 => self.find_in::<4>(node, refs, bins, exec),
             ..=8 => self.find_in::<8>(node, refs, bins, exec),
+            ..=16 => self.find_in::<16>(node, refs, bins, exec),
             ..=32 => self.find_in::<32>(node, refs, bins, exec),
             _ => self.find_in::<256>(node, refs, bins, exec),
         }
@@ -87,7 +101,8 @@ impl Binned {
             filled = parts.iter().fold(filled, |all, part| all.merge(part));
         }
         let plane = filled.best_plane(&map, self.axes_of(node), bins, area_scale(&node.bounds))?;
-        Some(ObjectSplit { map, plane, weight: plane.weight, bounds: filled.sides(&plane, bins) })
+        let how = How::Plane(map.on_axis(plane.axis), plane.bin);
+        Some(ObjectSplit { how, weight: plane.weight, bounds: filled.sides(&plane, bins) })
     }
 
     fn axes_of(&self, node: &NodeTask) -> std::ops::Range<usize> {
@@ -103,9 +118,14 @@ impl Binned {
 
     /// Carry out a split on the live references. Both children get no more slots than they have references.
     pub fn apply(split: &ObjectSplit, refs: &mut [PrimRef], exec: &Executor) -> (Child, Child) {
-        let (map, Plane { axis, bin, .. }) = (split.map, split.plane);
         let total = refs.len();
-        let (left, centroids) = partition(refs, exec, |r| map.bin_on(axis, r) <= bin);
+        let (left, centroids) = match split.how {
+            How::Plane(map, last) => partition(refs, exec, |r| map.bin_of(r) <= last),
+            How::Subset(subset) => {
+                let left = partition_subset(refs, subset);
+                (left, [bounds_of(&refs[..left]).1, bounds_of(&refs[left..]).1])
+            }
+        };
         let child = |side: usize, live: usize| Child {
             bounds: split.bounds[side],
             centroids: centroids[side],
@@ -121,10 +141,11 @@ impl Strategy for Binned {
         let refs = &mut slots[..node.live];
         let Some(split) = self.find(node, refs, exec) else { return Decision::Leaf };
         let area = scaled_half_area(&node.bounds, area_scale(&node.bounds));
-        if node.live <= self.max_leaf && self.sah.prefers_leaf(node.live, split.weight, area) {
+        // Where areas vanish all splits weigh the same: none is useful.
+        if split.weight == 0.0 && area == 0.0 {
             return Decision::Leaf;
         }
-        if area == 0.0 || split.weight == 0.0 {
+        if node.live <= self.max_leaf && self.sah.prefers_leaf(node.live, split.weight, area) {
             return Decision::Leaf;
         }
         let (left, right) = Binned::apply(&split, refs, exec);

@@ -35,15 +35,32 @@ impl BinMap {
 
     /// The bin on each axis: `floor((c - origin)·scale)`, but for ties.
     #[inline(always)]
-    pub fn bins_of(&self, center2: Lanes) -> [usize; 4] {
-        let position = center2.minus(self.origin).times(self.scale).minus(Lanes::splat(0.5));
-        position.min(Lanes::splat(self.last)).plus(Lanes::splat(ROUND)).0.map(|v| (v.to_bits() & 0xff) as usize)
+    pub fn bins_of(&self, center2: Lanes) -> [u32; 4] {
+        let position = center2.minus(self.origin).axes().times(self.scale).minus(Lanes::splat(0.5));
+        position.min(Lanes::splat(self.last)).plus(Lanes::splat(ROUND)).low_bytes()
     }
 
+    /// One axis' half of the map: the same arithmetic, hence the same bins.
+    pub fn on_axis(&self, axis: usize) -> AxisMap {
+        AxisMap { axis, origin: self.origin.0[axis], scale: self.scale.0[axis], last: self.last }
+    }
+}
+
+/// [`BinMap`] on one axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AxisMap {
+    axis: usize,
+    origin: f32,
+    scale: f32,
+    last: f32,
+}
+
+impl AxisMap {
     #[inline(always)]
-    pub fn bin_on(&self, axis: usize, r: &PrimRef) -> usize {
-        let r = r.lanes();
-        self.bins_of(r.min.plus(r.max))[axis]
+    pub fn bin_of(&self, r: &PrimRef) -> u32 {
+        let position = (r.min[self.axis] + r.max[self.axis] - self.origin) * self.scale - 0.5;
+        let position = if position < self.last { position } else { self.last };
+        (position + ROUND).to_bits() & 0xff
     }
 }
 
@@ -51,21 +68,21 @@ impl BinMap {
 #[derive(Clone)]
 pub(super) struct Bins<const CAP: usize> {
     boxes: [[LaneBox; 3]; CAP],
-    counts: [[u32; 3]; CAP],
+    counts: [[i32; 4]; CAP],
 }
 
 /// The cheapest plane: references in bins `..=bin` of `axis` go left.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane {
     pub axis: usize,
-    pub bin: usize,
+    pub bin: u32,
     /// [`Sah::weight`] with areas scaled.
     pub weight: f32,
 }
 
 impl<const CAP: usize> Bins<CAP> {
     pub fn empty() -> Self {
-        Bins { boxes: [[LaneBox::EMPTY; 3]; CAP], counts: [[0; 3]; CAP] }
+        Bins { boxes: [[LaneBox::EMPTY; 3]; CAP], counts: [[0; 4]; CAP] }
     }
 
     pub fn fill(&mut self, map: &BinMap, refs: &[PrimRef]) {
@@ -73,7 +90,7 @@ impl<const CAP: usize> Bins<CAP> {
             let bounds = r.lanes();
             let bins = map.bins_of(bounds.min.plus(bounds.max));
             for axis in 0..3 {
-                let bin = bins[axis] % CAP;
+                let bin = bins[axis] as usize % CAP;
                 let at = &mut self.boxes[bin][axis];
                 *at = at.union(bounds);
                 self.counts[bin][axis] += 1;
@@ -94,26 +111,37 @@ impl<const CAP: usize> Bins<CAP> {
 
     /// The plane of least weight over the given axes and `bins` bins; of equal ones the first. Edges are multiplied by `scale` before areas are
     /// taken, so that neither huge nor tiny scenes leave the range of `f32`. `None` where no plane has a finite weight.
+    ///
+    /// The three axes are swept side by side, one a lane. A plane with nothing on one side has a NaN for its weight (no box times no
+    /// references), which is less than nothing else.
     pub fn best_plane(&self, map: &BinMap, axes: std::ops::Range<usize>, bins: usize, scale: f32) -> Option<Plane> {
+        let bins = bins.min(CAP);
+        let scale = Lanes::splat(scale);
+
+        // Weigh everything right of each plane.
+        let mut right = [Lanes::splat(0.0); CAP];
+        let mut side = Sides::EMPTY;
+        for bin in (1..bins).rev() {
+            side.extend(&self.boxes[bin], self.counts[bin]);
+            right[bin] = side.weights(scale);
+        }
+
+        // Add what is left of it, and keep each axis' least sum.
+        let mut side = Sides::EMPTY;
+        let (mut least, mut at) = (Lanes::splat(f32::INFINITY), Lanes::splat(0.0));
+        for bin in 1..bins {
+            side.extend(&self.boxes[bin - 1], self.counts[bin - 1]);
+            let weight = side.weights(scale).plus(right[bin]);
+            at = weight.if_less(least, Lanes::splat((bin - 1) as f32), at);
+            least = weight.min(least);
+        }
+
+        // Take the best axis.
         let mut best: Option<Plane> = None;
-        let mut right = [(0.0, 0.0); CAP];
         for axis in axes.filter(|&a| map.separates(a)) {
-            let (mut side, mut count) = (LaneBox::EMPTY, 0);
-            for bin in (1..bins).rev() {
-                side = side.union(self.boxes[bin][axis]);
-                count += self.counts[bin][axis];
-                right[bin] = (side.scaled_half_area(scale), count as f32);
-            }
-            let (mut side, mut count) = (LaneBox::EMPTY, 0);
-            for bin in 0..bins - 1 {
-                side = side.union(self.boxes[bin][axis]);
-                count += self.counts[bin][axis];
-                let (right_area, right_count) = right[bin + 1];
-                let weight = Sah::weight(side.scaled_half_area(scale), count as f32, right_area, right_count);
-                let sides = count > 0 && right_count > 0.0;
-                if sides && best.map_or(weight < f32::INFINITY, |b| weight < b.weight) {
-                    best = Some(Plane { axis, bin, weight });
-                }
+            let weight = least.0[axis];
+            if weight < best.map_or(f32::INFINITY, |b| b.weight) {
+                best = Some(Plane { axis, bin: at.0[axis] as u32, weight });
             }
         }
         best
@@ -121,9 +149,34 @@ impl<const CAP: usize> Bins<CAP> {
 
     /// Boxes of the two sides of a plane.
     pub fn sides(&self, plane: &Plane, bins: usize) -> [Aabb; 2] {
-        let union = |range: std::ops::Range<usize>| {
-            range.fold(LaneBox::EMPTY, |b, bin| b.union(self.boxes[bin][plane.axis])).aabb()
-        };
-        [union(0..plane.bin + 1), union(plane.bin + 1..bins)]
+        let middle = plane.bin as usize + 1;
+        let union = |bins: &[[LaneBox; 3]]| bins.iter().fold(LaneBox::EMPTY, |b, bin| b.union(bin[plane.axis])).aabb();
+        [union(&self.boxes[..middle]), union(&self.boxes[middle..bins])]
+    }
+}
+
+/// One side of a plane on each axis.
+struct Sides {
+    boxes: [LaneBox; 3],
+    counts: [i32; 4],
+}
+
+impl Sides {
+    const EMPTY: Sides = Sides { boxes: [LaneBox::EMPTY; 3], counts: [0; 4] };
+
+    #[inline(always)]
+    fn extend(&mut self, boxes: &[LaneBox; 3], counts: [i32; 4]) {
+        for axis in 0..3 {
+            self.boxes[axis] = self.boxes[axis].union(boxes[axis]);
+        }
+        for lane in 0..4 {
+            self.counts[lane] += counts[lane];
+        }
+    }
+
+    #[inline(always)]
+    fn weights(&self, scale: Lanes) -> Lanes {
+        let [x, y, z] = self.boxes;
+        Sah::side_weights(LaneBox::scaled_half_areas([x, y, z, z], scale), Lanes::of_counts(self.counts))
     }
 }

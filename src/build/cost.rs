@@ -5,6 +5,8 @@
 //! compares, at one node, a leaf `C_I·N` with a split `C_T + C_I·(A_L·N_L + A_R·N_R)/A`. What differs between two splits of the
 //! same node is only `A_L·N_L + A_R·N_R`, here called the split's *weight*.
 
+use super::lanes::Lanes;
+
 /// The two constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sah {
@@ -19,6 +21,12 @@ impl Sah {
     #[inline(always)]
     pub fn weight(left_area: f32, left_count: f32, right_area: f32, right_count: f32) -> f32 {
         left_area * left_count + right_area * right_count
+    }
+
+    /// One side's `A·N` on four planes at once. Left and right added up give [`Sah::weight`], to the bit.
+    #[inline(always)]
+    pub(super) fn side_weights(areas: Lanes, counts: Lanes) -> Lanes {
+        areas.times(counts)
     }
 
     /// Whether a leaf of `count` references is no dearer than a split of the given weight, in a node of the given area.

@@ -54,6 +54,16 @@ pub fn build(
         cancelled: AtomicBool::new(false),
     };
     let task = NodeTask { bounds: input.bounds, centroids: input.centroids, live, depth: 0 };
+    if exec.is_sequential() {
+        let mut piece = Piece::for_refs(live);
+        let pair = piece.reserve_pair();
+        let root = driver.grow(task, &mut input.refs, &mut piece, share);
+        return if driver.cancelled.into_inner() {
+            Err(BuildError::Cancelled)
+        } else {
+            Ok(piece.into_tree(pair, root))
+        };
+    }
     let branch = exec.run(|| driver.fork(task, &mut input.refs, share));
     drop(input);
     if driver.cancelled.load(Ordering::Relaxed) {
@@ -74,8 +84,8 @@ struct Driver<'a, S> {
 impl<S: Strategy> Driver<'_, S> {
     /// The upper part of the tree, where the two sides are separate tasks.
     fn fork(&self, task: NodeTask, slots: &mut [PrimRef], share: u64) -> Branch {
-        if self.exec.is_sequential() || task.live <= TASK {
-            let mut piece = Piece::default();
+        if task.live <= TASK {
+            let mut piece = Piece::for_refs(task.live);
             let root = self.grow(task, slots, &mut piece, share);
             return Branch::Piece { root, piece };
         }

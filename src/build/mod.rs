@@ -26,6 +26,7 @@ mod spatial_bins;
 mod spatial_chop;
 mod spatial_partition;
 mod strategy;
+mod subsets;
 pub mod tlas;
 
 pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};

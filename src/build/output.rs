@@ -15,6 +15,11 @@ pub(super) struct Piece {
 const UNUSED: Node = Node { min: [0.0; 3], first: 0, max: [0.0; 3], count: 0 };
 
 impl Piece {
+    /// Room for the subtree of so many references, about two a leaf.
+    pub fn for_refs(count: usize) -> Piece {
+        Piece { nodes: Vec::with_capacity(count + count / 8), refs: Vec::with_capacity(count) }
+    }
+
     /// Append a leaf's references in ascending order, each once, whatever order the partitions left them in. Spatial splits may have put
     /// two parts of a primitive into one leaf.
     pub fn leaf(&mut self, bounds: Aabb, refs: &[PrimRef]) -> Node {
@@ -37,6 +42,14 @@ impl Piece {
         let pair = self.nodes.len();
         self.nodes.extend([UNUSED; 2]);
         pair as u32
+    }
+
+    /// A piece that is the whole tree: its root goes where no child stands.
+    pub fn into_tree(mut self, pair: u32, root: Node) -> Tree {
+        self.fill_pair(pair, root, UNUSED);
+        self.nodes.shrink_to_fit();
+        self.refs.shrink_to_fit();
+        Tree { nodes: self.nodes, refs: self.refs }
     }
 
     pub fn fill_pair(&mut self, pair: u32, first: Node, second: Node) {

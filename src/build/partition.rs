@@ -32,16 +32,32 @@ fn partition_run(refs: &mut [PrimRef], goes_left: &impl Fn(&PrimRef) -> bool) ->
     let mut left = 0;
     for i in 0..refs.len() {
         let is_left = goes_left(&refs[i]);
-        refs.swap(i, left);
+        let moved: &mut [LaneBox] = bytemuck::cast_slice_mut(refs);
+        let (here, there) = (moved[i], moved[left]);
+        moved[i] = there;
+        moved[left] = here;
         left += usize::from(is_left);
     }
-    let centroids = |refs: &[PrimRef]| {
-        refs.iter().fold(LaneBox::EMPTY, |b, r| {
-            let r = r.lanes();
-            b.grow(r.min.plus(r.max))
-        })
+    (left, [centroid_box(&refs[..left]), centroid_box(&refs[left..])])
+}
+
+/// Box of the doubled centres. Four at a time, since one would wait for the minimum before it.
+fn centroid_box(refs: &[PrimRef]) -> LaneBox {
+    let center2 = |r: &PrimRef| {
+        let r = r.lanes();
+        r.min.plus(r.max)
     };
-    (left, [centroids(&refs[..left]), centroids(&refs[left..])])
+    let mut boxes = [LaneBox::EMPTY; 4];
+    let fours = refs.chunks_exact(4);
+    for r in fours.remainder() {
+        boxes[0] = boxes[0].grow(center2(r));
+    }
+    for four in fours {
+        for (b, r) in boxes.iter_mut().zip(four) {
+            *b = b.grow(center2(r));
+        }
+    }
+    boxes[0].union(boxes[1]).union(boxes[2].union(boxes[3]))
 }
 
 /// Partition each chunk, then exchange the references that stand on the wrong side of the final boundary: as many to its left as to its right.

@@ -1,4 +1,5 @@
 use super::exec::Executor;
+use super::lanes::LaneBox;
 use crate::geom::Aabb;
 use crate::scene::Mesh;
 
@@ -67,13 +68,14 @@ impl PrimRefs {
     fn generate(count: usize, slack: usize, exec: &Executor, make: impl Fn(usize) -> PrimRef + Sync) -> PrimRefs {
         let mut refs = vec![bytemuck::Zeroable::zeroed(); count + slack];
         let boxes = exec.map_chunks_mut(&mut refs[..count], CHUNK, |chunk_index, chunk| {
-            let (mut bounds, mut centroids) = (Aabb::EMPTY, Aabb::EMPTY);
+            let (mut bounds, mut centroids) = (LaneBox::EMPTY, LaneBox::EMPTY);
             for (i, slot) in chunk.iter_mut().enumerate() {
                 *slot = make(chunk_index * CHUNK + i);
-                bounds = bounds.union(slot.bounds());
-                centroids = centroids.grow(slot.center2());
+                let lanes = slot.lanes();
+                bounds = bounds.union(lanes);
+                centroids = centroids.grow(lanes.min.plus(lanes.max));
             }
-            (bounds, centroids)
+            (bounds.aabb(), centroids.aabb())
         });
         let (bounds, centroids) =
             boxes.iter().fold((Aabb::EMPTY, Aabb::EMPTY), |(b, c), x| (b.union(x.0), c.union(x.1)));
