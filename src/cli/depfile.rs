@@ -29,8 +29,8 @@ pub fn render(target: &Path, inputs: &[PathBuf], phony: bool) -> Result<Vec<u8>,
     Ok(out)
 }
 
-/// Escape one name: a backslash before a space or `#`, with the backslashes that precede it doubled; `$` as `$$`. Names with
-/// line breaks cannot be written in this syntax at all.
+/// Escape one name: a backslash before a space or `#`, with the backslashes that precede it doubled; `$` as `$$`; a backslash
+/// before a colon, but for the drive letters of Windows. Names with line breaks cannot be written in this syntax at all.
 fn escape(path: &Path) -> Result<Vec<u8>, Failure> {
     let name = path.as_os_str().as_encoded_bytes();
     if name.iter().any(|b| matches!(b, b'\n' | b'\r' | 0)) {
@@ -49,6 +49,7 @@ fn escape(path: &Path) -> Result<Vec<u8>, Failure> {
                 out.extend(std::iter::repeat_n(b'\\', backslashes + 1));
                 out.push(b);
             }
+            b':' if !cfg!(windows) => out.extend_from_slice(b"\\:"),
             b'$' => out.extend_from_slice(b"$$"),
             _ => out.push(b),
         }
@@ -84,6 +85,8 @@ mod tests {
         assert_eq!(rendered("o", &["my rock#1 $x.obj"], false), "o: \\\n  my\\ rock\\#1\\ $$x.obj\n");
         assert_eq!(rendered("o", &["a\\ b"], false), "o: \\\n  a\\\\\\ b\n");
         assert_eq!(rendered("o", &["a\\b"], false), "o: \\\n  a\\b\n");
+        #[cfg(not(windows))]
+        assert_eq!(rendered("o", &["a:b%"], false), "o: \\\n  a\\:b%\n");
     }
 
     #[test]

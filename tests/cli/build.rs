@@ -255,7 +255,7 @@ fn what_was_left_out_is_said() {
     let place = Place::new();
     place.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\n");
     let said = place.ok("build a.obj -o a.bvhc");
-    assert_eq!(said.err, "warning: a.obj: left out 1 triangles without area\n");
+    assert_eq!(said.err, "warning: a.obj: left out 1 triangle without area\n");
     assert_eq!(place.ok("build a.obj -o b.bvhc -q").err, "");
     assert_eq!(place.run("build a.obj -o c.bvhc --degenerate error").code, 4);
 }

@@ -23,9 +23,9 @@ fn run(place: &Place, tool: &str, args: &[&str]) -> String {
 /// A glTF model and its buffer, in a folder whose name has all that needs an escape.
 fn awkward_model(place: &Place) -> &'static str {
     let (model, bin) = gltf("my%20mesh%231");
-    place.write("the models$#1/t x.gltf", model);
-    place.write("the models$#1/my mesh#1.bin", bin);
-    "the models$#1/t x.gltf"
+    place.write("the: models$#1/t x.gltf", model);
+    place.write("the: models$#1/my mesh#1.bin", bin);
+    "the: models$#1/t x.gltf"
 }
 
 #[test]
@@ -64,7 +64,7 @@ fn ninja_rebuilds_when_a_buffer_changes_and_only_then() {
     }
     let place = Place::new();
     let model = awkward_model(&place);
-    let escaped = model.replace('$', "$$").replace(' ', "$ ");
+    let escaped = model.replace('$', "$$").replace(' ', "$ ").replace(':', "$:");
     // Ninja quotes $in and $out for the shell itself.
     let rules = format!(
         "rule bvh\n  command = {} build $in -o $out --depfile $out.d\n  depfile = $out.d\n  deps = gcc\n  restat = 1\n\nbuild out.bvhc: bvh {escaped}\n",
@@ -77,9 +77,9 @@ fn ninja_rebuilds_when_a_buffer_changes_and_only_then() {
     // Ninja keeps what the depfile said in its own log; the buffer, which build.ninja does not name, must be there.
     assert!(run(&place, "ninja", &["-t", "deps"]).contains("my mesh#1.bin"));
     std::thread::sleep(std::time::Duration::from_millis(20));
-    let mut bin = place.read("the models$#1/my mesh#1.bin");
+    let mut bin = place.read("the: models$#1/my mesh#1.bin");
     bin[12] ^= 1;
-    place.write("the models$#1/my mesh#1.bin", bin);
+    place.write("the: models$#1/my mesh#1.bin", bin);
     assert!(run(&place, "ninja", &[]).contains("out.bvhc  1 tris"));
     assert!(run(&place, "ninja", &[]).contains("no work to do"));
 }
@@ -102,7 +102,7 @@ fn make_rebuilds_when_a_buffer_changes_and_goes_on_without_it() {
 
     // A newer time stamp alone makes Make call us; --touch then satisfies it.
     std::thread::sleep(std::time::Duration::from_millis(20));
-    let bin = place.path("the models$#1/my mesh#1.bin");
+    let bin = place.path("the: models$#1/my mesh#1.bin");
     let touch = || std::fs::File::options().append(true).open(&bin).unwrap().set_modified(std::time::SystemTime::now());
     touch().unwrap();
     assert!(run(&place, "make", &[]).contains("up to date (key"), "bvhc says so");

@@ -30,21 +30,17 @@ pub fn run(args: &ManArgs, context: &Context) -> Result<Exit, Failure> {
 
 /// Every page with its file name, the tool's own first.
 pub fn pages() -> std::io::Result<Vec<(String, Vec<u8>)>> {
-    let command = crate::cli::command().disable_help_subcommand(true);
+    // Building the whole definition first hands the global flags down to the commands.
+    let mut command = crate::cli::command().disable_help_subcommand(true);
+    command.build();
     let subcommands: Vec<clap::Command> = command.get_subcommands().filter(|c| !c.is_hide_set()).cloned().collect();
-    let mut pages = vec![page("bvhc".to_string(), command)?];
-    for sub in subcommands {
-        let name = format!("bvhc-{}", sub.get_name());
-        // Pages are looked up by the hyphenated name while the synopsis shows what is typed.
-        let spaced = format!("bvhc {}", sub.get_name());
-        pages.push(page(name, sub.bin_name(spaced).version(env!("CARGO_PKG_VERSION")))?);
-    }
-    Ok(pages)
+    std::iter::once(command).chain(subcommands).map(page).collect()
 }
 
-fn page(name: String, command: clap::Command) -> std::io::Result<(String, Vec<u8>)> {
+fn page(command: clap::Command) -> std::io::Result<(String, Vec<u8>)> {
+    let title = command.get_display_name().unwrap_or_else(|| command.get_name()).to_uppercase();
+    let man = clap_mangen::Man::new(command).title(title).source(concat!("bvhc ", env!("CARGO_PKG_VERSION")));
     let mut bytes = Vec::new();
-    let upper = name.to_uppercase();
-    clap_mangen::Man::new(command.name(name.clone())).title(upper).section("1").date("").render(&mut bytes)?;
-    Ok((format!("{name}.1"), bytes))
+    man.render(&mut bytes)?;
+    Ok((man.get_filename(), bytes))
 }

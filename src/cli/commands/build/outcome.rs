@@ -137,13 +137,16 @@ impl Built {
 /// What reading dropped, as a phrase, or `None` for a clean model.
 pub fn dropped(report: &ReadReport) -> Option<String> {
     let counted = [
-        (report.degenerate_triangles, "triangles without area"),
-        (report.non_finite_triangles, "triangles with NaN or infinite positions"),
-        (report.skipped_primitives, "lines or points"),
-        (report.singular_instances, "instances that are scaled to nothing"),
+        (report.degenerate_triangles, "triangle", " without area"),
+        (report.non_finite_triangles, "triangle", " with NaN or infinite positions"),
+        (report.skipped_primitives, "line and point primitive", ""),
+        (report.singular_instances, "instance", " scaled to nothing"),
     ];
-    let found: Vec<String> =
-        counted.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{} {what}", figures::count(*n))).collect();
+    let found: Vec<String> = counted
+        .iter()
+        .filter(|(n, ..)| *n > 0)
+        .map(|(n, what, which)| format!("{} {what}{}{which}", figures::count(*n), if *n == 1 { "" } else { "s" }))
+        .collect();
     (!found.is_empty()).then(|| found.join(", "))
 }
 
