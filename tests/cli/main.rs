@@ -27,9 +27,15 @@ pub struct Said {
     pub err: String,
 }
 
+impl Default for Place {
+    fn default() -> Place {
+        Place { dir: tempfile::tempdir().unwrap() }
+    }
+}
+
 impl Place {
     pub fn new() -> Place {
-        Place { dir: tempfile::tempdir().unwrap() }
+        Place::default()
     }
 
     pub fn path(&self, name: &str) -> PathBuf {

@@ -70,7 +70,10 @@ const ROWS: [Row; 12] = [
     ("bytes per triangle", |r| format!("{:.1}", r.bytes_per_triangle)),
 ];
 
-const TOP_ROWS: [(&str, fn(&FileReport, &TreeReport) -> String); 6] = [
+/// One of a two-level file's top level.
+type TopRow = (&'static str, fn(&FileReport, &TreeReport) -> String);
+
+const TOP_ROWS: [TopRow; 6] = [
     ("instances", |r, _| figures::count(r.instances)),
     ("instanced triangles", |r, _| figures::count(r.instanced_triangles)),
     ("top-level nodes", |_, t| figures::count(t.nodes)),
@@ -79,7 +82,10 @@ const TOP_ROWS: [(&str, fn(&FileReport, &TreeReport) -> String); 6] = [
     ("top-level overlap", |_, t| format!("{:.2} %", t.mean_sibling_overlap * 100.0)),
 ];
 
-const SPREAD_ROWS: [(&str, fn(&BlasSpread) -> String); 5] = [
+/// One of how a file's trees differ.
+type SpreadRow = (&'static str, fn(&BlasSpread) -> String);
+
+const SPREAD_ROWS: [SpreadRow; 5] = [
     ("trees", |s| figures::count(s.count)),
     ("  largest", |s| extreme(s.largest, |v| format!("{} triangles", figures::count(v as u64)))),
     ("  deepest", |s| extreme(s.deepest, |v| format!("{v:.0}"))),
