@@ -6,6 +6,8 @@ use std::collections::BTreeMap;
 
 use bvhc::cache::check::{Level, Limits, check_bytes};
 use bvhc::cache::{Cache, OpenOptions, rules};
+use bvhc::geom::Ray;
+use bvhc::trace::{NoObserver, try_any_hit, try_closest_hit};
 use common::vectors::{bytes as vectors_bytes, invalid, valid};
 
 fn lines(report: &bvhc::cache::check::Report) -> String {
@@ -214,6 +216,19 @@ fn trace_some(bytes: &[u8], dice: &mut Dice, round: usize) {
     let cache = Cache::from_bytes(bytes, &options);
     let cache = cache.unwrap_or_else(|e| panic!("round {round}: the check says valid, the reader: {e}"));
     let view = cache.view();
-    assert!(view.blases.iter().enumerate().all(|(i, _)| view.blas(i).is_some()));
-    let _ = dice;
+    let bounds = cache.header().scene_bounds();
+    for _ in 0..64 {
+        // From anywhere in the scene's box to anywhere else in it.
+        let mut point = || {
+            [0, 1, 2].map(|a| {
+                let share = (dice.roll() >> 40) as f32 / (1u64 << 24) as f32;
+                bounds.min[a] + (bounds.max[a] - bounds.min[a]) * share
+            })
+        };
+        let (from, to) = (point(), point());
+        let ray = Ray::new(from, [0, 1, 2].map(|a| to[a] - from[a]));
+        let closest = try_closest_hit(&view, &ray, &mut NoObserver);
+        assert!(closest.is_ok(), "round {round}: the check says valid, the traversal: {closest:?}");
+        assert!(try_any_hit(&view, &ray, &mut NoObserver).is_ok(), "round {round}");
+    }
 }
