@@ -1,0 +1,198 @@
+"""Compare three readings of every valid vector: the tool's, the reference reader's and the Kaitai parser's.
+
+Called by test.sh, which knows where everything stands. Besides the vectors, the samples are built with the tool (raw and compressed,
+one level and two) so that files of real size are compared too. Invalid vectors must be refused by the reference reader.
+"""
+
+import argparse
+import json
+import math
+import os
+import random
+import subprocess
+import sys
+import traceback
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE / "reference"))
+import bvhc_reader
+import bvhc_trace
+
+RAYS = 60
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    for option in ("--parser", "--tool", "--tracer", "--scratch"):
+        parser.add_argument(option, required=True)
+    arguments = parser.parse_args()
+    sys.path.insert(0, arguments.parser)
+    import bvhc  # compiled from bvhc.ksy
+
+    valid = sorted((HERE / "vectors" / "valid").glob("*.bvhc"))
+    if not valid:
+        sys.exit("no valid vectors below %s" % (HERE / "vectors" / "valid"))
+    files = valid + build_samples(Path(arguments.tool), Path(arguments.scratch))
+    failures = 0
+    for path in files:
+        try:
+            rays, hits = compare(path, bvhc, arguments)
+            print("ok    %-42s info, records and %d rays (%d hits) agree" % (path.name, rays, hits))
+        except Exception as error:
+            failures += 1
+            print("FAIL  %s: %s" % (path.name, error))
+            if not isinstance(error, AssertionError):
+                traceback.print_exc()
+    failures += refuse_invalid(sorted((HERE / "vectors" / "invalid").rglob("*.bvhc")))
+    print("%d files compared, %d failures" % (len(files), failures))
+    sys.exit(1 if failures else 0)
+
+
+def build_samples(tool, scratch):
+    """A few caches of real size: spatial splits, two levels, flattened, compressed."""
+    scratch.mkdir(parents=True, exist_ok=True)
+    samples = HERE.parent / "samples"
+    made = []
+    for name, model, options in [
+        ("colonnade-sbvh", "colonnade.obj", []),
+        ("helicopter-binned", "helicopter/heli.0001.obj", ["--method", "binned"]),
+        ("forest-two-level", "forest.glb", []),
+        ("forest-flat", "forest.gltf", ["--flatten"]),
+    ]:
+        out = scratch / (name + ".bvhc")
+        run([tool, "build", samples / model, "-o", out, "--force", "-q", *options])
+        made.append(out)
+    packed = scratch / "forest-zstd.bvhc"
+    run([tool, "convert", scratch / "forest-two-level.bvhc", "-o", packed, "--codec", "zstd", "-q"])
+    return made + [packed]
+
+
+def run(command, **options):
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, **options)
+    if done.returncode:
+        raise AssertionError("%s: exit status %d\n%s" % (" ".join(map(str, command)), done.returncode, done.stderr))
+    return done.stdout
+
+
+def compare(path, bvhc, arguments):
+    file = bvhc_reader.File(path.read_bytes())
+    ours, theirs = bvhc_reader.info(file), told(json.loads(run([arguments.tool, "info", "--json", path])))
+    for key in sorted(ours.keys() | theirs.keys()):
+        assert ours.get(key) == theirs.get(key), "%s: reader %r, tool %r" % (key, ours.get(key), theirs.get(key))
+    compare_parser(file, bvhc.Bvhc.from_file(str(path)), bvhc.Bvhc)
+    return compare_rays(path, file, arguments.tracer)
+
+
+def told(document):
+    """The facts of one file in what `info --json` prints, without the path it was asked for."""
+    if isinstance(document, dict) and "files" in document:
+        document = document["files"]
+    if isinstance(document, list):
+        assert len(document) == 1, "one file asked for, %d told of" % len(document)
+        document = document[0]
+    return {key: value for key, value in document.items() if key not in ("path", "schema")}
+
+
+def compare_parser(file, parsed, kaitai):
+    """Header and table field by field, every record of every raw section, META and names."""
+    same_fields(file.header, parsed.header, "header")
+    assert len(parsed.sections) == len(file.table), "number of sections"
+    for entry, section, body in zip(file.table, parsed.sections, file.bodies):
+        name = entry["type"].decode("latin-1")
+        assert int(section.kind) == int.from_bytes(entry["type"], "little"), "%s: type" % name
+        same_fields({k: v for k, v in entry.items() if k != "type"}, section, name)
+        layout, read = kaitai.Layout(section.layout), section.body
+        if layout == kaitai.Layout.zstd:
+            assert sum(map(len, read.frames)) + 8 + 4 * read.num_frames == entry["stored_len"], "%s: frames" % name
+        elif layout == kaitai.Layout.names:
+            names = [row.text.encode() for row in read.rows]
+            assert b"".join(names) == read.text and len(names) == len(file.geom), "NAMS"
+        elif layout == kaitai.Layout.meta:
+            m = file.meta
+            assert (read.tool.value, read.tool_version.value, read.method.value) == (m.tool, m.tool_version, m.method), "META"
+            assert [(o.name.value, o.value.value) for o in read.options] == m.options, "META options"
+            assert [(i.role, i.name.value, i.len, i.blake3) for i in read.inputs] == m.inputs, "META inputs"
+            assert [(c.name.value, c.count) for c in read.read_counts] == m.read_counts, "META read_counts"
+            assert [n.value for n in read.notes] == m.notes and read.builder_revision == m.revision, "META notes"
+        elif layout != kaitai.Layout.unknown:
+            rows = np.frombuffer(body, bvhc_reader.RECORDS[name][1])
+            assert len(read.rows) == len(rows), "%s: records" % name
+            for i, (record, row) in enumerate(zip(rows, read.rows)):
+                same_fields(bvhc_reader.plain(record), row, "%s[%d]" % (name, i))
+
+
+def same_fields(record, parsed, where):
+    for field, value in record.items():
+        other = getattr(parsed, field)
+        if isinstance(value, np.ndarray):
+            value = value.tolist()
+            other = [other.x, other.y, other.z] if hasattr(other, "x") else list(other)
+        assert other == value, "%s.%s: reader %r, parser %r" % (where, field, value, other)
+
+
+def compare_rays(path, file, tracer):
+    """The same rays through the tool and the reader. Where two triangles lie equally far, either may be named."""
+    rays = make_rays(file, random.Random(path.name))
+    lines = "".join(",".join("%.9g" % x for x in ray) + "\n" for ray in rays)
+    answers = [json.loads(line) for line in run([tracer, path], input=lines).splitlines()]
+    assert len(answers) == len(rays), "%d rays, %d answers" % (len(rays), len(answers))
+    hits = 0
+    for ray, tool in zip(rays, answers):
+        mine = bvhc_trace.closest_hit(file, ray[:3], ray[3:])
+        said = "ray %s: reader %s, tool %s" % (",".join("%.9g" % x for x in ray), mine, tool)
+        assert (mine is None) == (tool is None), said
+        if mine:
+            hits += 1
+            assert math.isclose(mine["t"], tool["t"], rel_tol=1e-5, abs_tol=1e-6), said
+            names = [tuple(h[k] for k in ("instance", "geom", "prim")) for h in (mine, tool)]
+            assert names[0] == names[1] or math.isclose(mine["t"], tool["t"], rel_tol=1e-6), said
+    return len(rays), hits
+
+
+def make_rays(file, source):
+    """Rays at triangles' middles, corners and edges from around the scene, along axes, and at random; f32 numbers throughout."""
+    low, high = (np.asarray(file.header[k], float) for k in ("scene_min", "scene_max"))
+    size = float(np.linalg.norm(high - low)) or 1.0
+    rays = []
+    for n in range(RAYS):
+        origin = [source.uniform(a - 0.3 * size, b + 0.3 * size) for a, b in zip(low, high)]
+        target = [source.uniform(a, b) for a, b in zip(low, high)]
+        if len(file.tris) and n % 6 < 4:
+            t = file.tris[source.randrange(len(file.tris))]
+            weights = [(1 / 3, 1 / 3, 1 / 3), (0.5, 0.5, 0.0), (1.0, 0.0, 0.0), (0.2, 0.3, 0.5)][n % 6]
+            target = sum(w * t[v].astype(float) for w, v in zip(weights, ("v0", "v1", "v2")))
+            if file.two_level:
+                places = file.inst[file.inst["blas"] == file.geom[t["geom"]]["blas"]]
+                m = places[source.randrange(len(places))]["object_to_world"].reshape(3, 4).astype(float)
+                target = m[:, :3] @ target + m[:, 3]
+        direction = [b - a for a, b in zip(origin, target)]
+        if n % 6 == 4:
+            axis = source.randrange(3)
+            origin = [a if i != axis else low[axis] - size for i, a in enumerate(target)]
+            direction = [1.0 if i == axis else source.choice([0.0, -0.0]) for i in range(3)]
+        rays.append([float(np.float32(x)) for x in (*origin, *direction)])
+    return rays
+
+
+def refuse_invalid(paths):
+    """The reference reader must refuse every invalid vector, and with the right kind of refusal never crash."""
+    wrong = []
+    for path in paths:
+        try:
+            bvhc_reader.File(path.read_bytes())
+            wrong.append("%s is accepted" % path.name)
+        except (bvhc_reader.Invalid, bvhc_reader.Unsupported):
+            pass
+        except Exception as error:
+            wrong.append("%s makes the reader fail: %r" % (path.name, error))
+    for line in wrong:
+        print("FAIL  %s" % line)
+    print("%d of %d invalid vectors refused by the reference reader" % (len(paths) - len(wrong), len(paths)))
+    return len(wrong)
+
+
+if __name__ == "__main__":
+    main()
