@@ -79,21 +79,13 @@ def run(command, **options):
 
 def compare(path, bvhc, arguments):
     file = bvhc_reader.File(path.read_bytes())
-    ours, theirs = bvhc_reader.info(file), told(json.loads(run([arguments.tool, "info", "--json", path])))
+    document = json.loads(run([arguments.tool, "info", "--json", path]))
+    assert document["schema"] == "bvhc.info.v1" and len(document["files"]) == 1, "info: %s" % document
+    ours, theirs = {"path": str(path), **bvhc_reader.info(file)}, document["files"][0]
     for key in sorted(ours.keys() | theirs.keys()):
         assert ours.get(key) == theirs.get(key), "%s: reader %r, tool %r" % (key, ours.get(key), theirs.get(key))
     compare_parser(file, bvhc.Bvhc.from_file(str(path)), bvhc.Bvhc)
     return compare_rays(path, file, arguments.tracer)
-
-
-def told(document):
-    """The facts of one file in what `info --json` prints, without the path it was asked for."""
-    if isinstance(document, dict) and "files" in document:
-        document = document["files"]
-    if isinstance(document, list):
-        assert len(document) == 1, "one file asked for, %d told of" % len(document)
-        document = document[0]
-    return {key: value for key, value in document.items() if key not in ("path", "schema")}
 
 
 def compare_parser(file, parsed, kaitai):
@@ -134,7 +126,7 @@ def same_fields(record, parsed, where):
 
 
 def compare_rays(path, file, tracer):
-    """The same rays through the tool and the reader. Where two triangles lie equally far, either may be named."""
+    """The same rays through the tool and the reader."""
     rays = make_rays(file, random.Random(path.name))
     lines = "".join(",".join("%.9g" % x for x in ray) + "\n" for ray in rays)
     answers = [json.loads(line) for line in run([tracer, path], input=lines).splitlines()]
@@ -143,13 +135,17 @@ def compare_rays(path, file, tracer):
     for ray, tool in zip(rays, answers):
         mine = bvhc_trace.closest_hit(file, ray[:3], ray[3:])
         said = "ray %s: reader %s, tool %s" % (",".join("%.9g" % x for x in ray), mine, tool)
-        assert (mine is None) == (tool is None), said
-        if mine:
-            hits += 1
-            assert math.isclose(mine["t"], tool["t"], rel_tol=1e-5, abs_tol=1e-6), said
-            names = [tuple(h[k] for k in ("instance", "geom", "prim")) for h in (mine, tool)]
-            assert names[0] == names[1] or math.isclose(mine["t"], tool["t"], rel_tol=1e-6), said
+        names = [h and tuple(h[k] for k in ("instance", "geom", "prim")) for h in (mine, tool)]
+        same_place = mine and tool and math.isclose(mine["t"], tool["t"], rel_tol=1e-5, abs_tol=1e-6)
+        if not (names[0] == names[1] and (same_place or not mine)):
+            # Another triangle at the same place, or one that is hit on its very edge, may be taken by one and left by the other.
+            assert same_place or any(h and on_edge(h) for h in (mine, tool)), said
+        hits += mine is not None
     return len(rays), hits
+
+
+def on_edge(hit):
+    return min(hit["u"], hit["v"], 1.0 - hit["u"] - hit["v"]) < 1e-5
 
 
 def make_rays(file, source):

@@ -392,7 +392,7 @@ class Meta:
 
 
 def info(file):
-    """The document that `bvhc info --json` prints."""
+    """What `bvhc info --json` says of a file."""
     def flag_set(bits, names):
         return {"bits": bits, "names": [n for i, n in enumerate(names) if bits >> i & 1]}
 
@@ -449,7 +449,7 @@ def main():
         print("error: %s is not supported: %s" % (arguments.file, error), file=sys.stderr)
         return 5
     if not rays:
-        print(json.dumps(info(file), indent=2))
+        print(json.dumps({"schema": "bvhc.info.v1", "files": [{"path": arguments.file, **info(file)}]}, indent=2))
     for ray in rays:
         numbers = [float(x) for x in ray.split(",")]
         if len(numbers) != 6:
