@@ -15,3 +15,8 @@ pub mod tree;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+
+/// The Rust in README.md compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
