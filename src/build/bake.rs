@@ -8,10 +8,10 @@ use crate::scene::{Instance, Mesh, Part};
 
 /// Merge the instances, in order, into one mesh.
 ///
-/// Each vertex is moved in `f64` and rounded once. A mirroring transform turns a triangle's winding around and that is left so:
-/// intersection does not cull, and the hit point and its barycentric coordinates stay those of the source's corner order. Parts and source
-/// numbers stay those of the source; [`Part::baked_node`] tells copies of one part from each other. A single instance
-/// at the identity is moved, not copied, and stays unmarked.
+/// Each vertex is moved in `f64` and rounded once. A mirroring transform turns a triangle's winding around and that is
+/// left so: intersection does not cull, and the hit point and its barycentric coordinates stay those of the source's
+/// corner order. Parts and source numbers stay those of the source; [`Part::baked_node`] tells copies of one part from
+/// each other. A single instance at the identity is moved, not copied, and stays unmarked.
 pub(super) fn bake(mut meshes: Vec<Mesh>, instances: &[Instance], exec: &Executor) -> Result<Mesh, BuildError> {
     if let [only] = instances
         && only.transform == Affine::IDENTITY

@@ -1,5 +1,6 @@
-//! Object splits by binned SAH (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007): references are
-//! counted into equal bins over the box of their *centres*, and the planes between bins compete on all three axes.
+//! Object splits by binned SAH (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007):
+//! references are counted into equal bins over the box of their *centres*, and the planes between bins compete on all
+//! three axes.
 
 use super::bins::{AxisMap, BinMap, Bins};
 use super::cost::Sah;
@@ -41,7 +42,8 @@ enum How {
     Subset(Subset),
 }
 
-/// A factor for edges that brings a box's longest edge to about 1. Areas of the scaled box and of all boxes in it neither overflow nor vanish.
+/// A factor for edges that brings a box's longest edge to about 1. Areas of the scaled box and of all boxes in it
+/// neither overflow nor vanish.
 pub fn area_scale(bounds: &Aabb) -> f32 {
     let [x, y, z] = bounds.extent();
     let larger = |a: f32, b: f32| if a > b { a } else { b };
@@ -70,12 +72,12 @@ impl Binned {
             let (subset, weight, bounds) = best_subset(refs, area_scale(&node.bounds))?;
             return Some(ObjectSplit { how: How::Subset(subset), weight, bounds });
         }
-        let bins = self.bins.min(4 + node.live / 20);
+        // Small nodes cannot tell many planes apart.
+        let bins = self.bins.min(8 + node.live / 20);
         match bins {
-            ..=4 => self.find_in::<4>(node, refs, bins, exec),
-            ..=8 => self.find_in::<8>(node, refs, bins, exec),
-            ..=16 => self.find_in::<16>(node, refs, bins, exec),
-            ..=32 => self.find_in::<32>(node, refs, bins, exec),
+            0..=8 => self.find_in::<8>(node, refs, bins, exec),
+            9..=16 => self.find_in::<16>(node, refs, bins, exec),
+            17..=32 => self.find_in::<32>(node, refs, bins, exec),
             _ => self.find_in::<256>(node, refs, bins, exec),
         }
     }

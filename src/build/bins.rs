@@ -14,7 +14,8 @@ pub(super) struct BinMap {
     last: f32,
 }
 
-/// Adding 1.5·2²³ to a small float rounds it to an integer, which then stands in the low bits: cheaper than a saturating conversion.
+/// Adding 1.5·2²³ to a small float rounds it to an integer, which then stands in the low bits: cheaper than a
+/// saturating conversion.
 const ROUND: f32 = 12_582_912.0;
 
 impl BinMap {
@@ -64,7 +65,8 @@ impl AxisMap {
     }
 }
 
-/// Bins of the three axes, at most `CAP` an axis. The order in which references are put in, or bins merged, makes no difference.
+/// Bins of the three axes, at most `CAP` an axis. The order in which references are put in, or bins merged, makes no
+/// difference.
 #[derive(Clone)]
 pub(super) struct Bins<const CAP: usize> {
     boxes: [[LaneBox; 3]; CAP],
@@ -89,8 +91,8 @@ impl<const CAP: usize> Bins<CAP> {
         for r in refs {
             let bounds = r.lanes();
             let bins = map.bins_of(bounds.min.plus(bounds.max));
-            for axis in 0..3 {
-                let bin = bins[axis] as usize % CAP;
+            for (axis, bin) in bins.into_iter().take(3).enumerate() {
+                let bin = bin as usize % CAP;
                 let at = &mut self.boxes[bin][axis];
                 *at = at.union(bounds);
                 self.counts[bin][axis] += 1;
@@ -109,11 +111,12 @@ impl<const CAP: usize> Bins<CAP> {
         self
     }
 
-    /// The plane of least weight over the given axes and `bins` bins; of equal ones the first. Edges are multiplied by `scale` before areas are
-    /// taken, so that neither huge nor tiny scenes leave the range of `f32`. `None` where no plane has a finite weight.
+    /// The plane of least weight over the given axes and `bins` bins; of equal ones the first. Edges are multiplied by
+    /// `scale` before areas are taken, so that neither huge nor tiny scenes leave the range of `f32`. `None` where no
+    /// plane has a finite weight.
     ///
-    /// The three axes are swept side by side, one a lane. A plane with nothing on one side has a NaN for its weight (no box times no
-    /// references), which is less than nothing else.
+    /// The three axes are swept side by side, one a lane. A plane with nothing on one side has a NaN for its weight (no
+    /// box times no references), which is less than nothing else.
     pub fn best_plane(&self, map: &BinMap, axes: std::ops::Range<usize>, bins: usize, scale: f32) -> Option<Plane> {
         let bins = bins.min(CAP);
         let scale = Lanes::splat(scale);
@@ -129,10 +132,10 @@ impl<const CAP: usize> Bins<CAP> {
         // Add what is left of it, and keep each axis' least sum.
         let mut side = Sides::EMPTY;
         let (mut least, mut at) = (Lanes::splat(f32::INFINITY), Lanes::splat(0.0));
-        for bin in 1..bins {
-            side.extend(&self.boxes[bin - 1], self.counts[bin - 1]);
-            let weight = side.weights(scale).plus(right[bin]);
-            at = weight.if_less(least, Lanes::splat((bin - 1) as f32), at);
+        for (bin, right) in right[..bins].iter().skip(1).enumerate() {
+            side.extend(&self.boxes[bin], self.counts[bin]);
+            let weight = side.weights(scale).plus(*right);
+            at = weight.if_less(least, Lanes::splat(bin as f32), at);
             least = weight.min(least);
         }
 
@@ -166,11 +169,11 @@ impl Sides {
 
     #[inline(always)]
     fn extend(&mut self, boxes: &[LaneBox; 3], counts: [i32; 4]) {
-        for axis in 0..3 {
-            self.boxes[axis] = self.boxes[axis].union(boxes[axis]);
+        for (side, bin) in self.boxes.iter_mut().zip(boxes) {
+            *side = side.union(*bin);
         }
-        for lane in 0..4 {
-            self.counts[lane] += counts[lane];
+        for (side, bin) in self.counts.iter_mut().zip(counts) {
+            *side += bin;
         }
     }
 

@@ -33,8 +33,8 @@ pub fn primitives_to_build(scene: &Scene, options: &BuildOptions) -> u64 {
 
 /// Build the scene's trees.
 ///
-/// The result depends on `scene` and `options` alone, not on the executor. Meshes that no instance names and instances of meshes without
-/// triangles hold nothing that a ray can hit: they are left out, and the others keep their order.
+/// The result depends on `scene` and `options` alone, not on the executor. Meshes that no instance names and instances
+/// of meshes without triangles hold nothing that a ray can hit: they are left out, and the others keep their order.
 pub fn compile(
     scene: Scene,
     options: &BuildOptions,

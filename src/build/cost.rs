@@ -1,9 +1,9 @@
 //! The surface area heuristic, and nothing else knows it.
 //!
-//! SAH = Σ_inner C_T·A(n)/A(root) + Σ_leaf C_I·N(n)·A(n)/A(root) (Goldsmith and Salmon, "Automatic Creation of Object Hierarchies
-//! for Ray Tracing", 1987; MacDonald and Booth, "Heuristics for Ray Tracing Using Space Subdivision", 1990). A top-down builder
-//! compares, at one node, a leaf `C_I·N` with a split `C_T + C_I·(A_L·N_L + A_R·N_R)/A`. What differs between two splits of the
-//! same node is only `A_L·N_L + A_R·N_R`, here called the split's *weight*.
+//! SAH = Σ_inner C_T·A(n)/A(root) + Σ_leaf C_I·N(n)·A(n)/A(root) (Goldsmith and Salmon, "Automatic Creation of Object
+//! Hierarchies for Ray Tracing", 1987; MacDonald and Booth, "Heuristics for Ray Tracing Using Space Subdivision",
+//! 1990). A top-down builder compares, at one node, a leaf `C_I·N` with a split `C_T + C_I·(A_L·N_L + A_R·N_R)/A`. What
+//! differs between two splits of the same node is only `A_L·N_L + A_R·N_R`, here called the split's *weight*.
 
 use super::lanes::Lanes;
 

@@ -1,9 +1,9 @@
-//! The top-down recursion: asks the strategy where to split, guarantees depth and leaf size, makes the leaves and lays the nodes out in
-//! canonical order.
+//! The top-down recursion: asks the strategy where to split, guarantees depth and leaf size, makes the leaves and lays
+//! the nodes out in canonical order.
 //!
-//! Depth is designed, not hoped for. `d + levels(n) <= 64` holds at every node of depth `d` with `n` references, where `levels(n)` is the
-//! height of a balanced subtree with full leaves. A strategy is asked only while a child as large as its parent would still
-//! satisfy this; from there on the driver halves.
+//! Depth is designed, not hoped for. `d + levels(n) <= 64` holds at every node of depth `d` with `n` references, where
+//! `levels(n)` is the height of a balanced subtree with full leaves. A strategy is asked only while a child as large as
+//! its parent would still satisfy this; from there on the driver halves.
 
 use super::error::BuildError;
 use super::exec::Executor;
@@ -15,14 +15,16 @@ use super::strategy::{Child, Decision, NodeTask, Strategy};
 use crate::tree::{MAX_DEPTH, Node, Tree};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Below this many references a subtree is one task. A constant, so that the output does not depend on the number of threads.
+/// Below this many references a subtree is one task. A constant, so that the output does not depend on the number of
+/// threads.
 const TASK: usize = 1 << 11;
 /// Subtrees of at most so many references are reported, and cancellation is looked for, as a whole.
 const TICK: usize = 1 << 12;
 /// References of one tree: with a node fewer than twice that, node indices fit 32 bits.
 pub const MAX_REFS: u64 = (1 << 31) - 1;
 
-/// Build the tree over the references `input.refs[..live]`; the slots behind them are the strategy's budget for duplicates.
+/// Build the tree over the references `input.refs[..live]`; the slots behind them are the strategy's budget for
+/// duplicates.
 ///
 /// `share` is what the tree counts for in [`Progress::advance`].
 pub fn build(
@@ -138,13 +140,12 @@ impl<S: Strategy> Driver<'_, S> {
         if task.live == 1 {
             return None;
         }
-        if task.depth + 1 + self.levels(task.live) <= MAX_DEPTH {
-            if let Decision::Split { left, right } = self.strategy.split(task, slots, self.exec) {
-                debug_assert!((1..=task.live).contains(&left.live) && (1..=task.live).contains(&right.live));
-                debug_assert!(left.live <= left.slots && right.live <= right.slots);
-                debug_assert_eq!(left.slots + right.slots, slots.len());
-                return Some((left, right));
-            }
+        let may_ask = task.depth + 1 + self.levels(task.live) <= MAX_DEPTH;
+        if may_ask && let Decision::Split { left, right } = self.strategy.split(task, slots, self.exec) {
+            debug_assert!((1..=task.live).contains(&left.live) && (1..=task.live).contains(&right.live));
+            debug_assert!(left.live <= left.slots && right.live <= right.slots);
+            debug_assert_eq!(left.slots + right.slots, slots.len());
+            return Some((left, right));
         }
         (task.live > self.max_leaf).then(|| halve(task, slots))
     }

@@ -1,7 +1,8 @@
 //! The only place that knows threads.
 //!
-//! Every operation has a sequential twin with identical results: work is cut into chunks whose size the caller fixes, and results come
-//! back in the order of the chunks, so nothing depends on how many threads there are or which of them was first.
+//! Every operation has a sequential twin with identical results: work is cut into chunks whose size the caller fixes,
+//! and results come back in the order of the chunks, so nothing depends on how many threads there are or which of them
+//! was first.
 
 use super::error::BuildError;
 use rayon::prelude::*;

@@ -1,9 +1,10 @@
-//! Building: a [`Mesh`](crate::scene::Mesh) becomes a [`Tree`](crate::tree::Tree), a [`Scene`](crate::scene::Scene) becomes an
-//! [`Accel`](crate::tree::Accel).
+//! Building: a [`Mesh`](crate::scene::Mesh) becomes a [`Tree`](crate::tree::Tree), a [`Scene`](crate::scene::Scene)
+//! becomes an [`Accel`](crate::tree::Accel).
 //!
-//! Four roles never mix. The *driver* owns the recursion, node emission, the depth guarantee and leaf creation; a *strategy* (binned, spatial)
-//! answers one question, where to split this range; *cost* is the only place that knows the SAH; the *executor* is the only
-//! place that knows threads. A method name is a recipe in the *registry*, which also feeds `--help` and the build key.
+//! Four roles never mix. The *driver* owns the recursion, node emission, the depth guarantee and leaf creation; a
+//! *strategy* (binned, spatial) answers one question, where to split this range; *cost* is the only place that knows
+//! the SAH; the *executor* is the only place that knows threads. A method name is a recipe in the *registry*, which
+//! also feeds `--help` and the build key.
 
 mod bake;
 mod binned;

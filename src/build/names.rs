@@ -34,7 +34,8 @@ pub trait Named: Copy + PartialEq + 'static {
     }
 }
 
-/// How many letters must be put in, taken out or replaced to turn one word into the other (Levenshtein). Long words are cut.
+/// How many letters must be put in, taken out or replaced to turn one word into the other (Levenshtein). Long words are
+/// cut.
 fn edits(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().take(32).collect(), b.chars().take(32).collect());
     let mut row: Vec<usize> = (0..=b.len()).collect();

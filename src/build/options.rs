@@ -7,7 +7,8 @@ use super::error::BuildError;
 pub enum Method {
     /// Object splits only, binned SAH (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007).
     Binned,
-    /// Object and spatial splits (Stich, Friedrich and Dietrich, "Spatial Splits in Bounding Volume Hierarchies", 2009).
+    /// Object and spatial splits (Stich, Friedrich and Dietrich, "Spatial Splits in Bounding Volume Hierarchies",
+    /// 2009).
     Sbvh,
 }
 
@@ -15,7 +16,8 @@ pub enum Method {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
     All,
-    /// Only the longest axis of the centroid box: Wald's original, kept because its failure on architecture is a lesson.
+    /// Only the longest axis of the centroid box: Wald's original, kept because its failure on architecture is a
+    /// lesson.
     Longest,
 }
 
@@ -61,8 +63,8 @@ pub struct BuildOptions {
     /// C_I: cost of a triangle test.
     pub intersection_cost: f32,
     pub clip: Clip,
-    /// Spatial splits are tried where the children of the best object split overlap by more than this share of the *root's*
-    /// area: 0 tries everywhere, 1 nowhere.
+    /// Spatial splits are tried where the children of the best object split overlap by more than this share of the
+    /// *root's* area: 0 tries everywhere, 1 nowhere.
     pub split_alpha: f32,
     /// Most references a BLAS may have, as a multiple of its triangles: 1 forbids duplicates.
     pub split_budget: f32,
@@ -92,7 +94,7 @@ impl BuildOptions {
             Preset::Balanced => {
                 BuildOptions { bins: 16, spatial_bins: 16, split_alpha: 1e-4, split_budget: 1.25, ..best }
             }
-            Preset::Draft => BuildOptions { method: Method::Binned, bins: 16, ..best },
+            Preset::Draft => BuildOptions { method: Method::Binned, ..best },
         }
     }
 }

@@ -20,8 +20,8 @@ impl Piece {
         Piece { nodes: Vec::with_capacity(count + count / 8), refs: Vec::with_capacity(count) }
     }
 
-    /// Append a leaf's references in ascending order, each once, whatever order the partitions left them in. Spatial splits may have put
-    /// two parts of a primitive into one leaf.
+    /// Append a leaf's references in ascending order, each once, whatever order the partitions left them in. Spatial
+    /// splits may have put two parts of a primitive into one leaf.
     pub fn leaf(&mut self, bounds: Aabb, refs: &[PrimRef]) -> Node {
         let first = self.refs.len();
         self.refs.extend(refs.iter().map(|r| r.prim));
@@ -92,7 +92,8 @@ impl Base {
 }
 
 impl Branch {
-    /// Concatenate. Canonical order is the order of the recursion, so every piece is one run of the output and all are copied at once.
+    /// Concatenate. Canonical order is the order of the recursion, so every piece is one run of the output and all are
+    /// copied at once.
     pub fn assemble(self, exec: &Executor) -> Tree {
         let (node_count, ref_count) = self.size();
         let mut tree = Tree { nodes: vec![UNUSED; node_count + 2], refs: vec![0; ref_count] };

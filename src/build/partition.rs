@@ -6,8 +6,8 @@ use super::prim_ref::PrimRef;
 use super::strategy::{Child, NodeTask};
 use crate::geom::Aabb;
 
-/// From so many references on, a node is partitioned in chunks of [`CHUNK`]. Constants: the order of the references afterwards must not
-/// depend on the number of threads.
+/// From so many references on, a node is partitioned in chunks of [`CHUNK`]. Constants: the order of the references
+/// afterwards must not depend on the number of threads.
 const CHUNKED: usize = 1 << 15;
 const CHUNK: usize = 1 << 13;
 
@@ -25,8 +25,8 @@ pub(super) fn partition(
     (left, sides.map(LaneBox::aabb))
 }
 
-/// One pass without a data-dependent branch: every reference is swapped to the end of the left run, and the run grows or does not. The
-/// reference that comes back in exchange belongs to the right.
+/// One pass without a data-dependent branch: every reference is swapped to the end of the left run, and the run grows
+/// or does not. The reference that comes back in exchange belongs to the right.
 #[inline]
 fn partition_run(refs: &mut [PrimRef], goes_left: &impl Fn(&PrimRef) -> bool) -> (usize, Sides) {
     let mut left = 0;
@@ -60,7 +60,8 @@ fn centroid_box(refs: &[PrimRef]) -> LaneBox {
     boxes[0].union(boxes[1]).union(boxes[2].union(boxes[3]))
 }
 
-/// Partition each chunk, then exchange the references that stand on the wrong side of the final boundary: as many to its left as to its right.
+/// Partition each chunk, then exchange the references that stand on the wrong side of the final boundary: as many to
+/// its left as to its right.
 fn partition_chunks(
     refs: &mut [PrimRef],
     exec: &Executor,
@@ -83,7 +84,8 @@ fn partition_chunks(
     (left, sides)
 }
 
-/// Swap the k-th reference of the runs `of_a` with the k-th of the runs `of_b`. Both lists ascend and hold equally many.
+/// Swap the k-th reference of the runs `of_a` with the k-th of the runs `of_b`. Both lists ascend and hold equally
+/// many.
 fn exchange(
     a: &mut [PrimRef],
     of_a: Vec<std::ops::Range<usize>>,
@@ -124,8 +126,8 @@ fn cut(mut slice: &mut [PrimRef], ranges: Vec<std::ops::Range<usize>>) -> Vec<&m
     out
 }
 
-/// The driver's split where no strategy has one: the references in the order of their centres along the longest side of the centroid
-/// box, equal centres in the order of their numbers, cut in the middle.
+/// The driver's split where no strategy has one: the references in the order of their centres along the longest side of
+/// the centroid box, equal centres in the order of their numbers, cut in the middle.
 pub(super) fn halve(task: &NodeTask, slots: &mut [PrimRef]) -> (Child, Child) {
     let middle = task.live.div_ceil(2);
     let extent = task.centroids.extent();

@@ -5,9 +5,9 @@ use crate::scene::Mesh;
 
 /// A primitive reference: the box of a primitive, or of the part of it that belongs to a node.
 ///
-/// References themselves are moved during partition rather than an index array, so that every later pass over a node is a linear
-/// read (the reason for the speed of Embree's builders: Wald et al., "Embree: A Kernel Framework for Efficient CPU Ray
-/// Tracing", 2014). One is two 16-byte vectors and half a cache line.
+/// References themselves are moved during partition rather than an index array, so that every later pass over a node is
+/// a linear read (the reason for the speed of Embree's builders: Wald et al., "Embree: A Kernel Framework for Efficient
+/// CPU Ray Tracing", 2014). One is two 16-byte vectors and half a cache line.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct PrimRef {

@@ -1,6 +1,7 @@
 /// How a build is watched and stopped.
 pub trait Progress: Sync {
-    /// Asked about a thousand times a second; a build that sees `true` ends with [`BuildError::Cancelled`](super::BuildError).
+    /// Asked about a thousand times a second; a build that sees `true` ends with
+    /// [`BuildError::Cancelled`](super::BuildError).
     fn is_cancelled(&self) -> bool {
         false
     }

@@ -8,7 +8,8 @@ pub struct MethodInfo {
     pub method: Method,
     /// What users type and files name.
     pub name: &'static str,
-    /// Raised when the same input and options give another tree, and only then: old caches are out of date from there on.
+    /// Raised when the same input and options give another tree, and only then: old caches are out of date from there
+    /// on.
     pub revision: u32,
     /// One line for `--help`.
     pub summary: &'static str,
@@ -80,7 +81,8 @@ impl OptionName {
         }
     }
 
-    /// The option's value as text that two different values never share: floats in the shortest form that reads back to the same bits.
+    /// The option's value as text that two different values never share: floats in the shortest form that reads back to
+    /// the same bits.
     pub fn value(self, options: &BuildOptions) -> String {
         // Adding zero turns -0 into +0: they mean the same.
         match self {
@@ -109,8 +111,8 @@ impl Method {
 }
 
 impl BuildOptions {
-    /// The options that decide this build's output, as names and values in the order of the registry: what META shows and the
-    /// build key hashes, beside the method's name and revision.
+    /// The options that decide this build's output, as names and values in the order of the registry: what META shows
+    /// and the build key hashes, beside the method's name and revision.
     pub fn effective(&self) -> Vec<(String, String)> {
         self.method.info().options.iter().map(|o| (o.name().to_string(), o.value(self))).collect()
     }

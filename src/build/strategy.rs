@@ -29,15 +29,16 @@ pub struct Child {
 /// A strategy's answer.
 #[derive(Clone, Copy, Debug)]
 pub enum Decision {
-    /// A leaf is cheaper than any split, or no split separates the references. The driver makes a leaf where the node fits one, and
-    /// splits in the middle where it does not.
+    /// A leaf is cheaper than any split, or no split separates the references. The driver makes a leaf where the node
+    /// fits one, and splits in the middle where it does not.
     Leaf,
     /// The references stand partitioned: the left child's in `slots[..left.live]`, the right child's in
     /// `slots[left.slots..left.slots + right.live]`.
     Split { left: Child, right: Child },
 }
 
-/// Answers one question: where to split this node. Leaves, depth, recursion and output are the [driver](super::driver)'s.
+/// Answers one question: where to split this node. Leaves, depth, recursion and output are the
+/// [driver](super::driver)'s.
 pub trait Strategy: Sync {
     /// Choose a split and carry it out on `slots`, or leave `slots[..node.live]` a permutation of what it was.
     ///

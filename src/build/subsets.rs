@@ -1,7 +1,7 @@
 //! The best split of two, three or four references, by trying all of them.
 //!
-//! Most nodes of a tree are that small. Seven splits of four references are fewer than the planes between four bins on three axes, and
-//! no plane can do better.
+//! Most nodes of a tree are that small. Seven splits of four references are fewer than the planes between four bins on
+//! three axes, and no plane can do better.
 
 use super::cost::Sah;
 use super::lanes::{LaneBox, Lanes};
@@ -18,7 +18,8 @@ pub(super) struct Subset(pub usize);
 /// Splits of `n` references into two sides that are not empty, but for swapping the sides.
 const CANDIDATES: [&[usize]; EXHAUSTIVE + 1] = [&[], &[], &[1], &[1, 2, 4], &[1, 2, 4, 8, 3, 5, 9]];
 
-/// The split of least weight, its weight and the two sides' boxes; of equal ones the first. `None` where no weight is finite.
+/// The split of least weight, its weight and the two sides' boxes; of equal ones the first. `None` where no weight is
+/// finite.
 pub(super) fn best_subset(refs: &[PrimRef], scale: f32) -> Option<(Subset, f32, [Aabb; 2])> {
     let candidates = CANDIDATES.get(refs.len())?;
     let all = (1usize << refs.len()) - 1;

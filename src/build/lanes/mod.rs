@@ -1,7 +1,7 @@
 //! Boxes and points as vectors of four floats: the door behind which vector instructions stand.
 //!
-//! `portable` says what each operation means; `sse2` is its twin with the same bits, which a test below proves on every pair
-//! of special values. Nothing multiplies and adds in one rounding, so all machines agree.
+//! `portable` says what each operation means; `sse2` is its twin with the same bits, which a test below proves on every
+//! pair of special values. Nothing multiplies and adds in one rounding, so all machines agree.
 
 #[cfg(any(test, not(target_arch = "x86_64")))]
 mod portable;
@@ -71,8 +71,8 @@ impl Lanes {
         Lanes(ops::if_less(self.0, than.0, x.0, y.0))
     }
 
-    /// The three axes, and 0 in the fourth lane. Needed before a multiplication: a reference's integers are tiny floats there, and
-    /// processors take a hundred cycles for a product with one.
+    /// The three axes, and 0 in the fourth lane. Needed before a multiplication: a reference's integers are tiny floats
+    /// there, and processors take a hundred cycles for a product with one.
     #[inline(always)]
     pub fn axes(self) -> Lanes {
         Lanes(ops::axes(self.0))

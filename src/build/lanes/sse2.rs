@@ -1,5 +1,5 @@
-//! The operations as SSE2 instructions, which every x86-64 processor has. Left to itself the compiler takes some of the plain forms apart
-//! into four scalars and branches.
+//! The operations as SSE2 instructions, which every x86-64 processor has. Left to itself the compiler takes some of the
+//! plain forms apart into four scalars and branches.
 
 use std::arch::x86_64 as x86;
 use std::arch::x86_64::{__m128, __m128i};
