@@ -4,6 +4,80 @@
 //! ```text
 //! OBJ / glTF ─ scene:: ─▶ Scene ─ build:: ─▶ Accel ─ cache:: ─▶ file ─▶ check · stats · trace · your engine
 //! ```
+//!
+//! # Open a file and trace a ray
+//!
+//! ```
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("scene.bvhc");
+//! # let model = folder.path().join("scene.obj");
+//! # std::fs::write(&model, "o roof\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
+//! # let scene = bvhc::scene::read(&model, &Default::default())?;
+//! # let exec = bvhc::build::Executor::sequential();
+//! # let accel = bvhc::build::compile(scene, &Default::default(), &exec, &bvhc::build::NoProgress)?;
+//! # let image = bvhc::cache::Image::new(&accel);
+//! # bvhc::cache::write_file(&path, &image, &Default::default(), &Default::default())?;
+//! use bvhc::{Cache, Ray};
+//!
+//! let cache = Cache::open(&path)?; // maps the file and checks its hashes
+//! let ray = Ray::new([0.25, 0.25, -2.0], [0.0, 0.0, 1.0]);
+//! if let Some(hit) = cache.closest_hit(&ray)? {
+//!     let part = cache.names().get(hit.geom as usize).unwrap_or("a part without a name");
+//!     println!("triangle {} of {part} at distance {}", hit.prim, hit.t);
+//! #   assert_eq!((hit.t, hit.prim, part), (2.0, 0, "roof"));
+//! }
+//! assert!(!cache.any_hit(&ray.until(1.0))?);
+//!
+//! // Or hand the records to your own traversal, or to a GPU: plain slices of 32- and 48-byte records.
+//! let (nodes, triangles) = (cache.nodes(), cache.triangles());
+//! assert_eq!(size_of_val(nodes) + size_of_val(triangles), 32 * nodes.len() + 48 * triangles.len());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`Cache::open_with`](cache::Cache::open_with) chooses how much is checked ([`Validation`](cache::Validation)):
+//!
+//! | level | holds afterwards | cost |
+//! |---|---|---|
+//! | `Quick` | right format and version, complete, header and table intact | under 5 ms for any size |
+//! | `Hash`, the default | and every byte is what was written | one pass of BLAKE3 |
+//! | `Tree` | and every record is sound, whoever wrote it | a few passes over the records |
+//!
+//! Traversal is memory-safe and ends at every level; on a malformed tree it returns an error.
+//!
+//! # Build a file
+//!
+//! ```
+//! # let folder = tempfile::tempdir()?;
+//! # let (model, path) = (folder.path().join("scene.obj"), folder.path().join("scene.bvhc"));
+//! # std::fs::write(&model, "o roof\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
+//! use bvhc::build::{self, BuildOptions, Executor, NoProgress, Preset};
+//! use bvhc::cache::{self, Image, Meta, WriteOptions, keys::Recipe};
+//! use bvhc::scene::{self, ReadOptions};
+//!
+//! let scene = scene::read(&model, &ReadOptions::default())?;
+//! let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
+//! let options = BuildOptions::preset(Preset::Balanced);
+//! let accel = build::compile(scene, &options, &Executor::new(0)?, &NoProgress)?;
+//!
+//! let method = options.method.info();
+//! let recipe =
+//!     Recipe { method: method.name.into(), builder_revision: method.revision, options: options.effective() };
+//! let meta = Meta::new(recipe, &inputs, &report);
+//! cache::write_file(&path, &Image::new(&accel), &meta, &WriteOptions::default())?;
+//! # assert_eq!(bvhc::Cache::open(&path)?.triangles().len(), 1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Rooms
+//!
+//! - [`scene`]: reading OBJ and glTF, with every policy about broken geometry;
+//! - [`build`]: binned and spatial-split builders, top levels over instances;
+//! - [`tree`]: the linear tree and its quality;
+//! - [`cache`]: the file: writing, opening, checking, converting, and whether it is up to date;
+//! - [`trace`]: watertight traversal and the brute force that it is judged by;
+//! - [`report`]: facts and figures about a file, as the command line prints them.
+//!
+//! The file format is `format-spec/SPEC.md`: a reader in another language needs nothing else.
 
 pub mod build;
 pub mod cache;
@@ -15,6 +89,9 @@ pub mod tree;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+
+pub use cache::Cache;
+pub use geom::Ray;
 
 /// The Rust in README.md compiles.
 #[cfg(doctest)]

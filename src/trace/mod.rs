@@ -29,6 +29,7 @@
 //! rays that look for trouble, and a verdict per ray.
 
 pub mod brute;
+mod cached;
 pub mod compare;
 mod hit;
 mod intersect;
