@@ -7,3 +7,4 @@ mod refuse;
 mod round_trip;
 mod spec;
 mod stale;
+mod twin;

@@ -33,7 +33,7 @@ fn normal(image: &Image) -> Image {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
 
     #[test]
     fn what_is_written_is_read(image in any_image(), zstd in any::<bool>()) {
