@@ -56,10 +56,27 @@ pub fn run(args: Vec<OsString>) -> Exit {
     let terminal = Terminal::new(global.color, global.quiet, global.verbose, global.json);
     let context = Context { terminal, global };
     note_panics();
-    let outcome = guarded(|| interrupt::install().and_then(|()| dispatch(&cli.command, &context)));
+    let outcome = guarded(|| {
+        interrupt::install()?;
+        limit_threads(context.global.jobs)?;
+        dispatch(&cli.command, &context)
+    });
     outcome.unwrap_or_else(|failure| {
         terminal.error(&failure);
         failure.exit
+    })
+}
+
+/// Let everything that hashes, packs and checks keep to `--jobs` too.
+fn limit_threads(jobs: usize) -> Result<(), Failure> {
+    if jobs == 0 {
+        return Ok(());
+    }
+    let built = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
+    built.map_err(|e| {
+        Failure::new(Exit::Io, format!("cannot start {jobs} threads"))
+            .fact(e.to_string())
+            .help("ask for fewer with --jobs")
     })
 }
 

@@ -11,15 +11,12 @@ use std::time::Duration;
 pub struct Bar {
     bar: ProgressBar,
     name: String,
+    visible: bool,
 }
 
 impl Bar {
     pub fn new(terminal: &Terminal, name: &str) -> Bar {
-        let bar = ProgressBar::hidden();
-        if terminal.wants_progress() {
-            bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
-        }
-        Bar { bar, name: name.to_string() }
+        Bar { bar: ProgressBar::hidden(), name: name.to_string(), visible: terminal.wants_progress() }
     }
 
     /// Start a phase whose length is known, in `unit`s.
@@ -31,6 +28,11 @@ impl Bar {
         self.bar.set_length(length.max(1));
         self.bar.set_position(0);
         self.bar.set_message(format!("{} {}", verb, self.name));
+
+        // Only now is there something to show; a bar drawn from the start would flash empty.
+        if self.visible && self.bar.is_hidden() {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+        }
     }
 
     /// Start a phase whose length nobody knows.

@@ -251,6 +251,20 @@ fn an_output_that_cannot_be_written_is_an_io_error() {
 }
 
 #[test]
+fn a_folder_or_a_pipe_is_no_model() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("folder.obj")).unwrap();
+    assert_eq!(place.run("build folder.obj -o a.bvhc").code, 3);
+    #[cfg(unix)]
+    {
+        assert!(std::process::Command::new("mkfifo").arg(place.path("pipe.obj")).status().unwrap().success());
+        let said = place.run("build pipe.obj -o a.bvhc");
+        assert_eq!(said.code, 3, "and it does not wait for a writer: {}", said.err);
+        assert_eq!(place.run("check pipe.obj").code, 3);
+    }
+}
+
+#[test]
 fn what_was_left_out_is_said() {
     let place = Place::new();
     place.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\n");

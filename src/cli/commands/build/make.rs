@@ -118,3 +118,22 @@ fn unchanged(inputs: &[InputFile]) -> Result<(), Failure> {
 fn millis(d: Duration) -> f64 {
     (d.as_secs_f64() * 1e5).round() / 1e2
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_input_that_changes_while_it_is_built_means_try_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        std::fs::write(&path, "v 0 0 0\n").unwrap();
+        let (len, blake3) = cache::hash_file(&path).unwrap();
+        let input = InputFile { path: path.clone(), name: "a.obj".into(), len, blake3 };
+        assert_eq!(unchanged(std::slice::from_ref(&input)), Ok(()));
+        std::fs::write(&path, "v 0 0 1\n").unwrap();
+        assert_eq!(unchanged(std::slice::from_ref(&input)).unwrap_err().exit, Exit::TryAgain);
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(unchanged(&[input]).unwrap_err().exit, Exit::TryAgain);
+    }
+}

@@ -162,6 +162,11 @@ fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
 /// Do one job; the line says what was done.
 fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> {
     let (args, context) = (workshop.args, workshop.context);
+    if job.input.metadata().is_ok_and(|m| !m.is_file()) {
+        return Err(Failure::new(Exit::Io, format!("cannot read {}", names::path(&job.input)))
+            .fact("it is not a regular file, and a model is read more than once")
+            .help("write the model to a file first"));
+    }
     let verdict = plan::examine(job, &workshop.recipe, workshop.codec);
     let name = names::path(&job.output);
     let reason = match verdict {
