@@ -65,7 +65,7 @@ fn span(offset: u64, count: u32) -> String {
 }
 
 fn check_blas(blas: &BlasRecord, place: Place, out: &mut Report) {
-    let odd = blas.node_count % 2 != 0;
+    let odd = !blas.node_count.is_multiple_of(2);
     if odd || blas.node_count >= 1 << 31 {
         out.add(&rules::E0312, place, || ("even and < 2147483648".into(), blas.node_count.to_string()));
     } else if (blas.node_count == 0) != (blas.ref_count == 0) || blas.ref_count >= 1 << 31 {

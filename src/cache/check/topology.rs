@@ -86,7 +86,7 @@ pub fn walk(nodes: &[Node], items: u64, at: TreePlace, out: &mut Report) -> Shap
 
         // Claim the pair of children, unless that would leave the tree, go back in it, or share them.
         let first = node.first;
-        if first % 2 != 0 || first < 2 {
+        if !first.is_multiple_of(2) || first < 2 {
             cut = true;
             out.add(&rules::E0401, at.node(i), || ("even and at least 2".into(), first.to_string()));
             continue;
