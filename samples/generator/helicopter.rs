@@ -44,7 +44,7 @@ pub fn frame(number: u32) -> Mesh {
 fn body(mesh: &mut Mesh) {
     mesh.group("cabin");
     mesh.sheet(32, 24, true, |u, v| {
-        let ((along, around), (cos, sin)) = (turn(v * 0.5), turn(u));
+        let ((along, around), (cos, sin)) = (turn(0.005 + v * 0.49), turn(u));
         [2.6 * along - 0.2, 1.7 + 1.05 * around * sin, 1.0 * around * cos]
     });
     mesh.group("boom");

@@ -46,11 +46,11 @@ fn teapot(mesh: &mut Mesh) {
     });
     mesh.group("teapot lid");
     mesh.sheet(96, 16, true, |u, v| {
-        let radius = 0.08 * (1.0 - v * v) + 0.0005;
+        let radius = 0.076 * (1.0 - v * v) + 0.004;
         let (cos, sin) = turn(u);
         [radius * cos, 0.17 + 0.04 * v, -radius * sin]
     });
-    mesh.lathe([0.0, 0.205, 0.0], &[(0.006, 0.0), (0.014, 0.008), (0.016, 0.016), (0.012, 0.024), (0.002, 0.028)], 48);
+    mesh.lathe([0.0, 0.205, 0.0], &[(0.006, 0.0), (0.014, 0.008), (0.016, 0.016), (0.012, 0.024), (0.004, 0.028)], 48);
     // Spout and handle are tubes about a curve in the x-y plane.
     let tube = |mesh: &mut Mesh, centre: &dyn Fn(f64) -> [f64; 2], radius: &dyn Fn(f64) -> f64| {
         mesh.sheet(48, 40, true, |u, v| {
