@@ -22,6 +22,7 @@ mod partition;
 mod prim_ref;
 mod progress;
 mod registry;
+mod small_sweep;
 mod spatial;
 mod spatial_bins;
 mod spatial_chop;

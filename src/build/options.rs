@@ -78,13 +78,13 @@ impl BuildOptions {
         let best = BuildOptions {
             method: Method::Sbvh,
             axes: Axes::All,
-            bins: 32,
+            bins: 128,
             spatial_bins: 32,
             max_leaf: 8,
             traversal_cost: 1.2,
             intersection_cost: 1.0,
             clip: Clip::Exact,
-            split_alpha: 1e-5,
+            split_alpha: 1e-4,
             split_budget: 1.5,
             unsplit: true,
             levels: Levels::Auto,
@@ -92,7 +92,7 @@ impl BuildOptions {
         match preset {
             Preset::Best => best,
             Preset::Balanced => {
-                BuildOptions { bins: 16, spatial_bins: 16, split_alpha: 1e-4, split_budget: 1.25, ..best }
+                BuildOptions { bins: 32, spatial_bins: 16, split_alpha: 3e-4, split_budget: 1.25, ..best }
             }
             Preset::Draft => BuildOptions { method: Method::Binned, ..best },
         }
@@ -127,7 +127,7 @@ impl BuildOptions {
         let reals = [
             ("sah-trav", self.traversal_cost, 1e-3..=1e3, cost, "1.2"),
             ("sah-isect", self.intersection_cost, 1e-3..=1e3, cost, "1"),
-            ("split-alpha", self.split_alpha, 0.0..=1.0, "it must be between 0 and 1", "1e-5"),
+            ("split-alpha", self.split_alpha, 0.0..=1.0, "it must be between 0 and 1", "1e-4"),
             ("split-budget", self.split_budget, 1.0..=64.0, "it must be between 1 and 64", "1.5"),
         ];
         for (option, value, range, rule, good) in reals {

@@ -9,8 +9,10 @@
 use super::binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
 use super::cost::Sah;
 use super::exec::Executor;
-use super::options::{BuildOptions, Clip};
+use super::lanes::LaneBox;
+use super::options::{Axes, BuildOptions, Clip};
 use super::prim_ref::PrimRef;
+use super::small_sweep::{self, SmallSplit};
 use super::spatial_bins::{Grids, SpatialBins, SpatialPlane};
 use super::spatial_partition::{Cutter, Parts};
 use super::strategy::{Child, Decision, NodeTask, Strategy};
@@ -21,10 +23,14 @@ use crate::scene::Mesh;
 const CHUNKED: usize = 1 << 14;
 const CHUNK: usize = 1 << 12;
 
+/// A spatial split must beat the object split by a hundredth: its duplicates cost memory, and its price is an estimate.
+const MARGIN: f32 = 0.99;
+
 /// The method `sbvh`.
 pub struct Spatial<'a> {
     mesh: &'a Mesh,
     objects: Binned,
+    axes: Axes,
     sah: Sah,
     bins: usize,
     max_leaf: usize,
@@ -46,6 +52,7 @@ impl<'a> Spatial<'a> {
         Spatial {
             mesh,
             objects: Binned::new(options),
+            axes: options.axes,
             sah: Sah { traversal: options.traversal_cost, intersection: options.intersection_cost },
             bins: options.spatial_bins.clamp(2, 256) as usize,
             max_leaf: options.max_leaf as usize,
@@ -57,20 +64,29 @@ impl<'a> Spatial<'a> {
     }
 
     /// Whether the children of the best object split leave anything to gain.
-    fn is_worth_a_try(&self, node: &NodeTask, split: Option<&ObjectSplit>, slack: usize) -> bool {
+    fn is_worth_a_try(&self, node: &NodeTask, split: Option<&Object>, slack: usize) -> bool {
         if self.never || slack == 0 {
             return false;
         }
-        let overlap = match split {
-            Some(split) => split.bounds[0].intersection(split.bounds[1]),
-            // All centres coincide: no object split separates anything, which is as bad as full overlap.
-            None => node.bounds,
-        };
-        !overlap.is_empty() && half_area(&overlap) > self.overlap
+        // Where all centres coincide no object split separates anything, which is as bad as full overlap.
+        let overlap = split.map_or(node.bounds, Object::overlap);
+        // Boxes that only touch, as on a regular grid, share a face but no ray is tested twice for it.
+        let (shared, whole) = (overlap.extent(), node.bounds.extent());
+        let touch = (0..3).any(|a| shared[a] <= 0.0 && whole[a] > 0.0);
+        !overlap.is_empty() && !touch && half_area(&overlap) > self.overlap
+    }
+
+    /// Few references are swept, more are binned.
+    fn find_object(&self, node: &NodeTask, refs: &[PrimRef], exec: &Executor) -> Option<Object> {
+        if self.axes == Axes::All && refs.len() <= small_sweep::MAX {
+            small_sweep::find(refs, area_scale(&node.bounds)).map(Object::Swept)
+        } else {
+            self.objects.find(node, refs, exec).map(Object::Binned)
+        }
     }
 
     fn find_plane(&self, node: &NodeTask, refs: &[PrimRef], slack: usize, exec: &Executor) -> Option<SpatialPlane> {
-        let bins = self.bins;
+        let bins = self.bins.min(4 + refs.len() / 8);
         match bins {
             ..=8 => self.find_in::<8>(node, refs, bins, slack, exec),
             ..=16 => self.find_in::<16>(node, refs, bins, slack, exec),
@@ -107,14 +123,14 @@ impl<'a> Spatial<'a> {
 impl Strategy for Spatial<'_> {
     fn split(&self, node: &NodeTask, slots: &mut [PrimRef], exec: &Executor) -> Decision {
         let (live, slack, scale) = (node.live, slots.len() - node.live, area_scale(&node.bounds));
-        let object = self.objects.find(node, &slots[..live], exec);
+        let object = self.find_object(node, &slots[..live], exec);
         let spatial = if self.is_worth_a_try(node, object.as_ref(), slack) {
             self.find_plane(node, &slots[..live], slack, exec)
         } else {
             None
         };
-        let object_weight = object.map_or(f32::INFINITY, |s| s.weight);
-        let spatial = spatial.filter(|s| s.weight < object_weight * 0.99);
+        let object_weight = object.as_ref().map_or(f32::INFINITY, |s| s.weight());
+        let spatial = spatial.filter(|s| s.weight < object_weight * MARGIN);
 
         // Compare the winner with a leaf.
         let weight = spatial.map_or(object_weight, |s| s.weight);
@@ -133,7 +149,7 @@ impl Strategy for Spatial<'_> {
             }
         }
         let Some(split) = object else { return Decision::Leaf };
-        let (left, right) = Binned::apply(&split, &mut slots[..live], exec);
+        let (left, right) = split.apply(&mut slots[..live], exec);
         divide(left, right, slots)
     }
 }
@@ -158,8 +174,42 @@ fn share_of(spare: usize, left: &[PrimRef], right: &[PrimRef]) -> usize {
     if left + right > 0.0 { ((spare as f64) * (left / (left + right))) as usize } else { spare / 2 }
 }
 
+/// The best object split of a node, however it was found.
+enum Object {
+    Binned(ObjectSplit),
+    Swept(SmallSplit),
+}
+
+impl Object {
+    fn weight(&self) -> f32 {
+        match self {
+            Object::Binned(split) => split.weight,
+            Object::Swept(split) => split.weight,
+        }
+    }
+
+    /// What both children's boxes share.
+    fn overlap(&self) -> Aabb {
+        let [left, right] = match self {
+            Object::Binned(split) => split.bounds,
+            Object::Swept(split) => split.bounds.map(LaneBox::aabb),
+        };
+        left.intersection(right)
+    }
+
+    fn apply(&self, refs: &mut [PrimRef], exec: &Executor) -> (Child, Child) {
+        match self {
+            Object::Binned(split) => Binned::apply(split, refs, exec),
+            Object::Swept(split) => split.apply(refs),
+        }
+    }
+}
+
 /// Half the area in `f64`, which no finite box overflows; 0 for an empty box.
 fn half_area(b: &Aabb) -> f64 {
     let [x, y, z] = [0, 1, 2].map(|a| f64::from(b.max[a]) - f64::from(b.min[a]));
     if x < 0.0 || y < 0.0 || z < 0.0 { 0.0 } else { x * y + y * z + z * x }
 }
+
+#[cfg(test)]
+mod tests;

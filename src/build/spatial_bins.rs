@@ -28,7 +28,11 @@ const ROUND: f32 = 12_582_912.0;
 impl Grids {
     pub fn new(bounds: &Aabb, bins: usize) -> Grids {
         let extent = bounds.extent();
-        let axes = [0, 1, 2].map(|a| Grid { low: bounds.min[a], step: extent[a] / bins as f32 });
+        let axes = [0, 1, 2].map(|a| Grid {
+            low: bounds.min[a],
+            step: extent[a] / bins as f32,
+            per_step: bins as f32 / extent[a],
+        });
         let scale = [0, 1, 2].map(|a| {
             // Planes must stand several roundings apart.
             let coarse = bounds.min[a].abs().max(bounds.max[a].abs()) * (16.0 * f32::EPSILON);
@@ -46,15 +50,11 @@ impl Grids {
 
     /// First and last slab on each axis; `last` may be one less than `first` where a box has no thickness.
     #[inline(always)]
-    fn span(&self, b: &LaneBox) -> ([u32; 4], [u32; 4]) {
+    fn span(&self, b: &LaneBox) -> ([u32; 3], [u32; 3]) {
         let slab = |v: Lanes, touch: f32| {
             let position = v.minus(self.origin).times(self.scale).plus(Lanes::splat(touch - 0.5));
-            position
-                .max(Lanes::splat(0.0))
-                .min(Lanes::splat(self.last))
-                .plus(Lanes::splat(ROUND))
-                .0
-                .map(|v| v.to_bits() & 0xff)
+            let [x, y, z, _] = position.max(Lanes::splat(0.0)).min(Lanes::splat(self.last)).plus(Lanes::splat(ROUND)).0;
+            [x.to_bits() & 0xff, y.to_bits() & 0xff, z.to_bits() & 0xff]
         };
         (slab(b.min, TOUCH), slab(b.max, -TOUCH))
     }
@@ -138,8 +138,8 @@ impl<const CAP: usize> SpatialBins<CAP> {
                 }
             }
             Clip::Exact => {
-                let chopper = chopper.get_or_insert_with(|| Chopper::new(&mesh.corners(r.prim as usize)));
-                chopper.chop::<AXIS>(grid, first, last, bounds, |slab, piece| {
+                let chopper = chopper.get_or_insert_with(|| Chopper::new(mesh, r.prim));
+                chopper.chop::<AXIS>(grid, (first, last), bounds, |slab, piece| {
                     let slab = slab % CAP;
                     boxes[slab][AXIS] = boxes[slab][AXIS].union(piece);
                 });

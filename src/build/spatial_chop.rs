@@ -4,7 +4,7 @@
 //! survive are made by [`crate::geom::clip`], which rounds outward.
 
 use super::lanes::{LaneBox, Lanes};
-use crate::geom::Point;
+use crate::scene::Mesh;
 
 /// A triangle's corners, loaded once for all axes.
 #[derive(Clone, Copy)]
@@ -17,6 +17,7 @@ pub(super) struct Chopper {
 pub(super) struct Grid {
     pub low: f32,
     pub step: f32,
+    pub per_step: f32,
 }
 
 impl Grid {
@@ -27,65 +28,98 @@ impl Grid {
 }
 
 impl Chopper {
-    pub fn new(corners: &[Point; 3]) -> Chopper {
-        Chopper { corners: corners.map(Lanes::of_point) }
+    #[inline]
+    pub fn new(mesh: &Mesh, triangle: u32) -> Chopper {
+        let [a, b, c] = mesh.triangles[triangle as usize];
+        let corner = |i: u32| Lanes::of_point(mesh.positions[i as usize]);
+        Chopper { corners: [corner(a), corner(b), corner(c)] }
     }
 
     /// Hand `put` a box for each of the slabs `first ..= last`, `first < last`, which the reference's box `within` spans.
     ///
     /// A triangle meets a plane in a segment from its longest edge (along the axis) to one of the other two. The part in a slab is bounded by
-    /// the segments of its two planes and by the middle corner if that lies between them.
+    /// the segments of its two planes and by the middle corner if that lies between them. Choices are made by index, since no
+    /// branch predictor knows triangles.
     #[inline(always)]
     pub fn chop<const AXIS: usize>(
         &self,
         grid: &Grid,
-        first: usize,
-        last: usize,
+        (first, last): (usize, usize),
         within: LaneBox,
         mut put: impl FnMut(usize, LaneBox),
     ) {
-        let [low, middle, high] = self.sorted::<AXIS>();
         let at = |v: Lanes| v.0[AXIS];
-        let (long, lower, upper) = (high.minus(low), middle.minus(low), high.minus(middle));
-        let (per_long, per_lower, per_upper) = (1.0 / at(long), 1.0 / at(lower), 1.0 / at(upper));
+        let [low, middle, high] = self.sorted::<AXIS>();
+        let long = Edge::new::<AXIS>(low, high);
+        let short = [Edge::new::<AXIS>(low, middle), Edge::new::<AXIS>(middle, high)];
         let section = |plane: f32| {
-            let a = low.plus(long.times(Lanes::splat((plane - at(low)) * per_long)));
-            let b = if plane < at(middle) {
-                low.plus(lower.times(Lanes::splat((plane - at(low)) * per_lower)))
-            } else {
-                middle.plus(upper.times(Lanes::splat((plane - at(middle)) * per_upper)))
-            };
+            let a = long.at::<AXIS>(plane);
+            let b = short[usize::from(plane >= at(middle))].at::<AXIS>(plane);
             LaneBox { min: a.min(b), max: a.max(b) }
         };
-        let clamp = |v: Lanes| v.max(within.min).min(within.max);
+        let clamp = |b: LaneBox| LaneBox {
+            min: b.min.max(within.min).min(within.max),
+            max: b.max.max(within.min).min(within.max),
+        };
+        let point = |p: Lanes| LaneBox { min: p, max: p };
 
-        let mut before = at(within.min);
-        let mut lower_end = if before <= at(low) { LaneBox { min: low, max: low } } else { section(before) };
-        for slab in first..=last {
-            let (after, upper_end) = if slab < last {
-                let plane = grid.plane(slab + 1);
-                (plane, section(plane))
-            } else {
-                let end = at(within.max);
-                (end, if end >= at(high) { LaneBox { min: high, max: high } } else { section(end) })
-            };
-            let mut piece = lower_end.union(upper_end);
-            if before <= at(middle) && at(middle) <= after {
-                piece = piece.grow(middle);
-            }
-            put(slab, LaneBox { min: clamp(piece.min), max: clamp(piece.max) });
-            (before, lower_end) = (after, upper_end);
+        let (start, end) = (at(within.min), at(within.max));
+        let mut before = if start <= at(low) { point(low) } else { section(start) };
+        for slab in first..last {
+            let after = section(grid.plane(slab + 1));
+            put(slab, clamp(before.union(after)));
+            before = after;
+        }
+        let after = if end >= at(high) { point(high) } else { section(end) };
+        put(last, clamp(before.union(after)));
+
+        if start <= at(middle) && at(middle) <= end {
+            let slab = ((at(middle) - grid.low) * grid.per_step) as usize;
+            put(slab.clamp(first, last), clamp(point(middle)));
         }
     }
 
     /// Corners in ascending order along an axis.
     #[inline(always)]
     fn sorted<const AXIS: usize>(&self) -> [Lanes; 3] {
-        let order = |a: Lanes, b: Lanes| if a.0[AXIS] <= b.0[AXIS] { (a, b) } else { (b, a) };
-        let [a, b, c] = self.corners;
-        let (a, b) = order(a, b);
-        let (b, c) = order(b, c);
-        let (a, b) = order(a, b);
-        [a, b, c]
+        let [a, b, c] = [0, 1, 2].map(|i: usize| self.corners[i].0[AXIS]);
+        // Ties: the first of the lowest and the last of the highest, so that the two differ.
+        let low = if a <= b {
+            if a <= c { 0 } else { 2 }
+        } else if b <= c {
+            1
+        } else {
+            2
+        };
+        let high = if c >= b {
+            if c >= a { 2 } else { 0 }
+        } else if b >= a {
+            1
+        } else {
+            0
+        };
+        [self.corners[low], self.corners[(3 - low - high) % 3], self.corners[high]]
+    }
+}
+
+/// An edge, ready to be met with planes.
+#[derive(Clone, Copy)]
+struct Edge {
+    start: Lanes,
+    direction: Lanes,
+    /// 1 over the edge's extent along the axis.
+    inverse: f32,
+}
+
+impl Edge {
+    #[inline(always)]
+    fn new<const AXIS: usize>(start: Lanes, end: Lanes) -> Edge {
+        let direction = end.minus(start);
+        Edge { start, direction, inverse: 1.0 / direction.0[AXIS] }
+    }
+
+    #[inline(always)]
+    fn at<const AXIS: usize>(&self, plane: f32) -> Lanes {
+        self.start.plus(self.direction.times(Lanes::splat((plane - self.start.0[AXIS]) * self.inverse)))
     }
 }
