@@ -35,8 +35,8 @@ pub(super) fn find(refs: &[PrimRef], scale: f32) -> Option<SmallSplit> {
         // Sort by insertion; equal centres keep their order.
         let mut order = [0u8; MAX];
         let mut keys = [0.0f32; MAX];
-        for i in 0..live {
-            let key = centres[i].0[axis];
+        for (i, centre) in centres[..live].iter().enumerate() {
+            let key = centre.0[axis];
             let mut at = i;
             while at > 0 && keys[at - 1] > key {
                 (keys[at], order[at]) = (keys[at - 1], order[at - 1]);

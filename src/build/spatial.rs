@@ -88,9 +88,9 @@ impl<'a> Spatial<'a> {
     fn find_plane(&self, node: &NodeTask, refs: &[PrimRef], slack: usize, exec: &Executor) -> Option<SpatialPlane> {
         let bins = self.bins.min(4 + refs.len() / 8);
         match bins {
-            ..=8 => self.find_in::<8>(node, refs, bins, slack, exec),
-            ..=16 => self.find_in::<16>(node, refs, bins, slack, exec),
-            ..=32 => self.find_in::<32>(node, refs, bins, slack, exec),
+            0..=8 => self.find_in::<8>(node, refs, bins, slack, exec),
+            9..=16 => self.find_in::<16>(node, refs, bins, slack, exec),
+            17..=32 => self.find_in::<32>(node, refs, bins, slack, exec),
             _ => self.find_in::<256>(node, refs, bins, slack, exec),
         }
     }

@@ -126,7 +126,7 @@ impl<const CAP: usize> SpatialBins<CAP> {
         let grid = &grids.axes[AXIS];
         match clip {
             Clip::Box => {
-                for slab in first..=last {
+                for (slab, at) in boxes.iter_mut().enumerate().take(last + 1).skip(first) {
                     let mut piece = bounds;
                     if slab > first {
                         piece.min.0[AXIS] = grid.plane(slab);
@@ -134,7 +134,7 @@ impl<const CAP: usize> SpatialBins<CAP> {
                     if slab < last {
                         piece.max.0[AXIS] = grid.plane(slab + 1);
                     }
-                    boxes[slab][AXIS] = boxes[slab][AXIS].union(piece);
+                    at[AXIS] = at[AXIS].union(piece);
                 }
             }
             Clip::Exact => {
@@ -172,10 +172,9 @@ impl<const CAP: usize> SpatialBins<CAP> {
                 right[slab] = (side, side.scaled_half_area(scale), count);
             }
             let (mut side, mut count) = (LaneBox::EMPTY, 0);
-            for slab in 1..grids.bins {
+            for (slab, &(right_side, right_area, right_count)) in right.iter().enumerate().take(grids.bins).skip(1) {
                 side = side.union(self.boxes[slab - 1][axis]);
                 count += self.enter[slab - 1][axis];
-                let (right_side, right_area, right_count) = right[slab];
                 let weight = Sah::weight(side.scaled_half_area(scale), count as f32, right_area, right_count as f32);
                 let duplicates = (count as usize + right_count as usize).saturating_sub(live);
                 let allowed = count > 0 && right_count > 0 && duplicates <= slack;

@@ -158,9 +158,9 @@ impl Bounds {
 
     #[inline]
     fn grow(mut self, p: &[f64; 3]) -> Bounds {
-        for k in 0..3 {
-            self.min[k] = if p[k] < self.min[k] { p[k] } else { self.min[k] };
-            self.max[k] = if p[k] > self.max[k] { p[k] } else { self.max[k] };
+        for (k, v) in p.iter().enumerate() {
+            self.min[k] = if *v < self.min[k] { *v } else { self.min[k] };
+            self.max[k] = if *v > self.max[k] { *v } else { self.max[k] };
         }
         self
     }
@@ -168,8 +168,8 @@ impl Bounds {
     /// To `f32`, outward, and cut with `within`.
     fn round_out(&self, magnitude: &[f64; 3], within: &Aabb) -> Aabb {
         let mut out = *within;
-        for k in 0..3 {
-            let slack = magnitude[k] * SLACK;
+        for (k, magnitude) in magnitude.iter().enumerate() {
+            let slack = magnitude * SLACK;
             let (lo, hi) = (round_down(self.min[k] - slack), round_up(self.max[k] + slack));
             out.min[k] = if lo > within.min[k] { lo } else { within.min[k] };
             out.max[k] = if hi < within.max[k] { hi } else { within.max[k] };
