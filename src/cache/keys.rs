@@ -49,7 +49,7 @@ pub fn content_id(entries: &[SectionEntry]) -> [u8; 32] {
 pub struct Recipe {
     /// Name of the build method.
     pub method: String,
-    /// Raised when the method's output changes, and only then.
+    /// Raised when the method's output changes for any reason, the reading of models included, and only then.
     pub builder_revision: u32,
     /// Every build and read option that changes the output, after defaulting, in a fixed order: name and value as text that
     /// two different values never share (shortest round-trip form for floats).

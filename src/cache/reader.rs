@@ -308,6 +308,12 @@ impl Cache {
     }
 }
 
+/// Renderers share one cache between threads.
+const _: fn() = || {
+    fn shared<T: Send + Sync>() {}
+    shared::<Cache>();
+};
+
 impl std::fmt::Debug for Cache {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Cache").field("header", &self.header).field("sections", &self.entries).finish_non_exhaustive()
