@@ -1,4 +1,4 @@
-//! Building: a [`Mesh`](crate::scene::Mesh) becomes a [`Tree`](crate::tree::Tree), a [`Scene`](crate::scene::Scene)
+//! Building: a [`Mesh`] becomes a [`Tree`], a [`Scene`](crate::scene::Scene)
 //! becomes an [`Accel`](crate::tree::Accel).
 //!
 //! Four roles never mix. The *driver* owns the recursion, node emission, the depth guarantee and leaf creation; a

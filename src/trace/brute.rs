@@ -1,7 +1,7 @@
 //! The oracle: every triangle of the source scene tested in `f64`, with a margin that says how sure the answer is.
 //!
 //! It shares nothing with traversal: no tree, no file, no box of a builder, another formula. To stay usable on millions of
-//! triangles it skips runs of [`BLOCK`] consecutive source triangles whose common box, widened by the same margin, the ray misses.
+//! triangles it skips runs of `BLOCK` consecutive source triangles whose common box, widened by the same margin, the ray misses.
 //!
 //! **The margin.** A file holds what the scene says up to rounding: `f32` matrices, or `f32` vertices baked by them. So the oracle asks
 //! how far, at most, the ray that traversal follows lies from the true one where they pass a triangle. With `u = 2⁻²⁴`, an instance's
