@@ -146,6 +146,9 @@ fn reading_works_without_mapping_and_within_limits() {
     let place = built("--codec zstd");
     assert_eq!(place.ok("stats a.bvhc --no-mmap").out, place.ok("stats a.bvhc").out);
     assert_eq!(place.run("stats a.bvhc --max-memory 1K").code, 6);
+    let said = place.run("check a.bvhc --max-memory 1K");
+    assert!(said.code == 6 && said.out.starts_with("a.bvhc: not judged "), "{}", said.out);
+    assert_eq!(place.run("build a.obj -o b.bvhc --max-memory 1K").code, 6);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::build::{self, BuildOptions, Executor, Levels, Named};
 use crate::cache::check::{Finding, Level, Limits, Report, Source, check_bytes};
-use crate::cache::{FileBytes, Head, Meta};
+use crate::cache::{FileBytes, Head, Meta, rules};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -67,7 +67,10 @@ struct Verdict {
     path: String,
     /// No error, and with --warnings-as-errors no warning either.
     valid: bool,
+    /// Of a kind that this version cannot read, rather than broken.
     unsupported: bool,
+    /// The only trouble is `--max-memory`: nothing is known against the file.
+    over_limit: bool,
     errors: u64,
     warnings: u64,
     findings: Vec<Finding>,
@@ -152,15 +155,18 @@ fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
 
 fn judge(path: &Path, report: Report, args: &CheckArgs) -> (Verdict, Exit) {
     let valid = if args.warnings_as_errors { report.is_clean() } else { report.is_valid() };
+    let over_limit = report.errors() > 0 && report.errors() == report.count(&rules::E0127);
     let exit = match (valid, report.is_unsupported()) {
         (true, _) => Exit::Success,
         (false, true) => Exit::Unsupported,
+        (false, false) if over_limit => Exit::Limit,
         (false, false) => Exit::Negative,
     };
     let verdict = Verdict {
         path: path.to_string_lossy().into_owned(),
         valid,
         unsupported: report.is_unsupported(),
+        over_limit,
         errors: report.errors(),
         warnings: report.warnings(),
         truncated: report.truncated(),
@@ -176,6 +182,7 @@ fn text(verdict: &Verdict, path: &Path, level: Level, context: &Context) -> Stri
     let word = match (verdict.valid, verdict.unsupported) {
         (true, _) => terminal.paint(Paint::Green, "valid"),
         (false, true) => terminal.paint(Paint::Yellow, "unsupported"),
+        (false, false) if verdict.over_limit => terminal.paint(Paint::Yellow, "not judged"),
         (false, false) => terminal.paint(Paint::Red, "invalid"),
     };
     let level = match level {
@@ -203,9 +210,12 @@ fn text(verdict: &Verdict, path: &Path, level: Level, context: &Context) -> Stri
         text.push_str(&format!("not checked: {}\n", names::escape(what)));
     }
     if let Some(first) = verdict.findings.first() {
-        let rebuild =
-            if verdict.valid { String::new() } else { format!(" · rebuild: bvhc build MODEL -o {name} --force") };
-        text.push_str(&format!("help: bvhc explain {}{rebuild}\n", first.rule.id));
+        let remedy = match (verdict.valid, verdict.over_limit) {
+            (true, _) => String::new(),
+            (false, true) => " · if you trust the file: --max-memory 32G".to_string(),
+            (false, false) => format!(" · rebuild: bvhc build MODEL -o {name} --force"),
+        };
+        text.push_str(&format!("help: bvhc explain {}{remedy}\n", first.rule.id));
     }
     text
 }
