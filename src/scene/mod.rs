@@ -97,9 +97,11 @@ pub struct ReadReport {
     pub non_finite_triangles: u64,
     /// Positions that no triangle uses.
     pub unreferenced_positions: u64,
-    /// Lines and points, which a triangle hierarchy cannot hold.
+    /// Lines, points and other things that a triangle hierarchy cannot hold: OBJ statements (`l`, `p`, curves, faces of fewer
+    /// than three corners), glTF primitives (points, lines, and such without positions).
     pub skipped_primitives: u64,
-    /// Instances whose transform is singular or not finite: they have no inverse, so no ray can be traced in them.
+    /// Instances whose transform is singular or not finite, and so has no inverse to take a ray into the mesh, or whose image
+    /// in the world is beyond the range of `f32`.
     pub singular_instances: u64,
 }
 

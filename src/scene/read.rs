@@ -49,6 +49,7 @@ fn parse(bytes: Vec<u8>, format: Option<Format>, mut source: Source) -> Result<S
         Format::Gltf => gltf::parse(bytes, &mut source)?,
     };
     sanitize::sanitize(&mut scene, &source)?;
+    source.finish();
     scene.inputs = source.inputs;
     Ok(scene)
 }

@@ -3,6 +3,7 @@
 use super::collinear::is_collinear;
 use super::source::Source;
 use super::{Degenerate, Mesh, Part, Scene, SceneError};
+use crate::geom::{Aabb, Affine};
 
 /// Apply the degenerate policy, drop triangles with non-finite positions, instances that cannot be inverted and meshes
 /// that nothing shows, and count all of it. Afterwards every mesh has a triangle and an instance.
@@ -28,6 +29,7 @@ pub(super) fn sanitize(scene: &mut Scene, source: &Source) -> Result<(), SceneEr
             mesh,
         });
     }
+    drop_boundless(scene);
     drop_unused_meshes(scene);
     Ok(())
 }
@@ -36,9 +38,21 @@ pub(super) fn sanitize(scene: &mut Scene, source: &Source) -> Result<(), SceneEr
 fn drop_singular(scene: &mut Scene) {
     let before = scene.instances.len();
     scene.instances.retain(|instance| {
-        let stored = crate::geom::Affine::from_f32(&instance.transform.to_f32());
+        let stored = Affine::from_f32(&instance.transform.to_f32());
         instance.transform.inverse().is_some()
             && stored.inverse().is_some_and(|i| i.to_f32().iter().all(|v| v.is_finite()))
+    });
+    scene.report.singular_instances += (before - scene.instances.len()) as u64;
+}
+
+/// An instance whose image in the world does not fit in `f32` has no box there, so nothing can be traced in it.
+fn drop_boundless(scene: &mut Scene) {
+    let mesh_box = |m: &Mesh| (0..m.triangles.len()).fold(Aabb::EMPTY, |b, i| b.union(m.triangle_box(i)));
+    let boxes: Vec<Aabb> = scene.meshes.iter().map(mesh_box).collect();
+    let before = scene.instances.len();
+    scene.instances.retain(|instance| {
+        let local = &boxes[instance.mesh as usize];
+        local.is_empty() || instance.transform.transform_box(local).is_valid()
     });
     scene.report.singular_instances += (before - scene.instances.len()) as u64;
 }
@@ -110,8 +124,8 @@ fn clean(mesh: &mut Mesh, policy: Degenerate) -> Found {
 
 /// Remove the triangles numbered in `dropped`, which ascends, and move the parts' bounds with them.
 fn drop_triangles(mesh: &mut Mesh, dropped: &[u32]) {
-    let is_dropped = |i: u32| dropped.binary_search(&i).is_ok();
-    let kept: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|&i| !is_dropped(i)).collect();
+    let mut next = dropped.iter().peekable();
+    let kept: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|i| next.next_if_eq(&i).is_none()).collect();
     mesh.triangles = kept.iter().map(|&i| mesh.triangles[i as usize]).collect();
     mesh.source_prims = kept;
     for part in &mut mesh.parts {

@@ -60,6 +60,11 @@ impl<'a> Source<'a> {
         (self.progress)(self.done, self.total);
     }
 
+    /// Note that everything is done.
+    pub fn finish(&mut self) {
+        self.advance(u64::MAX);
+    }
+
     /// Read the model file itself and remember it as the first input.
     pub fn read_model(&mut self) -> Result<Vec<u8>, SceneError> {
         let path = self.path;

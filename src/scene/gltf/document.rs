@@ -31,12 +31,16 @@ pub(super) struct SceneRoots {
     pub nodes: Vec<u32>,
 }
 
-/// What bytes of JSON can grow to as structures: the smallest node is `{},`, 3 bytes for some 400.
-const STRUCTURE_BYTES_PER_JSON_BYTE: u64 = 16;
+/// What an object of the JSON takes in memory at most, its list's spare room included, and what any other value does. The
+/// smallest node is `{},`: 3 bytes become some 400.
+const BYTES_PER_OBJECT: u64 = 1024;
+const BYTES_PER_VALUE: u64 = 32;
 
 impl Document {
     pub fn parse(json: &[u8], source: &mut Source) -> Result<Document, SceneError> {
-        source.charge(json.len() as u64 * STRUCTURE_BYTES_PER_JSON_BYTE, "its JSON")?;
+        let count = |byte: u8| json.iter().filter(|b| **b == byte).count() as u64;
+        let structures = count(b'{') * BYTES_PER_OBJECT + (count(b',') + count(b'[')) * BYTES_PER_VALUE;
+        source.charge(json.len() as u64 + structures, "its JSON")?;
         check_version(json, source)?;
         let document: Document = serde_json::from_slice(json).map_err(|e| json_error(&e, source))?;
         for extension in &document.extensions_required {
@@ -147,4 +151,10 @@ pub(super) fn compressed(extension: &str, source: &Source) -> SceneError {
         extension: extension.to_owned(),
         advice: "decode the model once, for example with: npx @gltf-transform/cli cp in.glb out.glb",
     }
+}
+
+#[test]
+fn no_structure_is_larger_than_is_charged_for_it() {
+    let largest = [size_of::<Node>(), size_of::<Accessor>(), size_of::<Mesh>(), size_of::<View>(), size_of::<Buffer>()];
+    assert!(largest.into_iter().all(|size| 2 * size as u64 <= BYTES_PER_OBJECT), "{largest:?}");
 }

@@ -320,9 +320,10 @@ fn instances_without_inverse_are_dropped_and_counted() {
             { "mesh": 0, "scale": [1e-30, 1e-30, 1e-30] },
             { "mesh": 0, "scale": [-1, 1, 1] },
             { "mesh": 0, "rotation": [0, 0, 0, 0] },
+            { "mesh": 0, "scale": [1e38, 1e38, 1e38], "translation": [3.4e38, 0, 0] },
         ]);
     }));
-    assert_eq!(scene.report.singular_instances, 2);
+    assert_eq!(scene.report.singular_instances, 3);
     assert_eq!(scene.instances.iter().map(|i| i.node).collect::<Vec<_>>(), [2, 3, 4]);
     assert_eq!(scene.instances[2].transform, crate::geom::Affine::IDENTITY);
 }
@@ -551,7 +552,7 @@ fn data_uris() {
 #[test]
 fn memory_is_limited() {
     let text = square().to_string().into_bytes();
-    let limit = ReadOptions { max_memory: text.len() as u64 + 100, ..options() };
+    let limit = ReadOptions { max_memory: text.len() as u64 * 2, ..options() };
     let refused = read_bytes(text, "test.gltf", None, None, &limit).unwrap_err();
     assert_eq!(refused.kind(), ErrorKind::Limit);
 }

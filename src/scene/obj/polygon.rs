@@ -4,8 +4,9 @@ use crate::geom::Point;
 use earcut::Earcut;
 use std::collections::HashMap;
 
-/// Most corners of one face. Ear clipping is quadratic on hostile polygons; this many take a second at worst.
-pub(super) const MAX_CORNERS: usize = 1 << 16;
+/// Most corners of one face. Ear clipping is quadratic on hostile polygons (random zigzags, spirals, ribbons); this many
+/// take about a second at worst.
+pub(super) const MAX_CORNERS: usize = 1 << 14;
 
 /// Cuts polygons without holes, reusing its buffers. Every polygon of `n` corners gives exactly `n - 2` triangles, all with
 /// the polygon's winding and all of its corners used, so that no corner lies on a neighbour's edge unshared.

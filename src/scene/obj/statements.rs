@@ -12,7 +12,9 @@ use std::io::{self, BufRead, Read};
 pub(super) struct Statements<'a, 's> {
     rest: &'a [u8],
     source: &'a mut Source<'s>,
-    /// The statement that `tobj` is reading, with its newline, and how much of it is read.
+    /// The statement that `tobj` is reading, with its newline, and how much of it is read: a line of the file where that can
+    /// pass as it is, otherwise what was made of it.
+    plain: &'a [u8],
     out: Vec<u8>,
     taken: usize,
     /// Number of the first line of the current statement, and lines used up so far.
@@ -61,6 +63,7 @@ impl<'a, 's> Statements<'a, 's> {
         Statements {
             rest: text.strip_prefix(BOM).unwrap_or(text),
             source,
+            plain: &[],
             out: Vec::new(),
             taken: 0,
             line: 0,
@@ -93,7 +96,7 @@ impl<'a, 's> Statements<'a, 's> {
             return Err(SceneError::malformed_line(self.source.path, line, reason));
         }
         if let Some(error) = error {
-            let text = String::from_utf8_lossy(&self.out);
+            let text = String::from_utf8_lossy(self.current());
             let not_number = text.split_ascii_whitespace().skip(1).find(|t| t.parse::<f32>().is_err());
             let reason = match (error, not_number) {
                 (tobj::LoadError::ScalingByZeroError, _) => {
@@ -115,22 +118,34 @@ impl<'a, 's> Statements<'a, 's> {
         })
     }
 
-    /// Put the next statement into `out`; an empty `out` is the end of the file.
-    fn next_statement(&mut self) -> Result<(), SceneError> {
+    /// The statement at hand; empty at the end of the file.
+    fn current(&self) -> &[u8] {
+        if self.plain.is_empty() { &self.out } else { self.plain }
+    }
+
+    /// Go to the next statement that `tobj` shall see.
+    fn advance(&mut self) -> Result<(), SceneError> {
+        (self.plain, self.taken) = (&[], 0);
         self.out.clear();
-        self.taken = 0;
-        while self.out.is_empty() && !self.rest.is_empty() {
-            let before = self.rest.len();
+        while self.current().is_empty() && !self.rest.is_empty() {
+            let before = self.rest;
             self.line = self.lines + 1;
             let line = self.take_line();
+            let length = before.len() - self.rest.len();
             let trimmed = line.trim_ascii();
             if trimmed.last() == Some(&b'\\') && !is_name_statement(trimmed) {
                 let joined = self.join_lines(trimmed);
-                self.statement(joined.trim_ascii())?;
-            } else {
-                self.statement(trimmed)?;
+                let joined = joined.trim_ascii();
+                if self.statement(joined)? {
+                    self.write_line(joined);
+                }
+            } else if self.statement(trimmed)? {
+                match before[length - 1] {
+                    b'\n' if self.out.is_empty() => self.plain = &before[..length],
+                    _ => self.write_line(trimmed),
+                }
             }
-            self.unreported += (before - self.rest.len()) as u64;
+            self.unreported += length as u64;
             if self.unreported > 1 << 20 {
                 self.pay()?;
             }
@@ -169,37 +184,67 @@ impl<'a, 's> Statements<'a, 's> {
         joined
     }
 
-    fn statement(&mut self, line: &[u8]) -> Result<(), SceneError> {
+    fn write_line(&mut self, line: &[u8]) {
+        self.out.extend_from_slice(line);
+        self.out.push(b'\n');
+    }
+
+    /// Take in one statement. True if `tobj` can have its text as it stands; otherwise what it shall have is in `out`.
+    fn statement(&mut self, line: &[u8]) -> Result<bool, SceneError> {
         let (keyword, arguments) = split_word(line);
         match keyword {
-            b"v" => self.position(arguments),
-            b"f" | b"fo" => self.face(arguments),
-            b"l" | b"p" | b"curv" | b"curv2" | b"surf" => {
-                self.skipped += 1;
-                Ok(())
+            b"v" => return self.position(arguments),
+            b"f" => return self.face(arguments),
+            // An old name for the same thing, which `tobj` does not know.
+            b"fo" => {
+                if self.face(arguments)? {
+                    self.out.push(b'f');
+                    self.write_line(arguments);
+                }
             }
+            b"l" | b"p" | b"curv" | b"curv2" | b"surf" => self.skipped += 1,
             b"o" | b"g" => {
                 self.group = name(arguments);
                 self.part_changed = true;
-                Ok(())
             }
             b"usemtl" => {
                 self.material = name(arguments);
                 self.part_changed = true;
-                Ok(())
             }
-            _ => Ok(()),
+            _ => {}
         }
+        Ok(false)
     }
 
     /// `v x y z`, with `w` if that is the only further number; colours are cut off.
-    fn position(&mut self, arguments: &[u8]) -> Result<(), SceneError> {
-        let count = words(arguments).count();
+    fn position(&mut self, arguments: &[u8]) -> Result<bool, SceneError> {
+        let mut words = Words(arguments);
+        let mut first: [&[u8]; 4] = [&[]; 4];
+        let mut count = 0;
+        let mut is_odd = false;
+        for word in &mut words {
+            if count < 4 {
+                first[count] = word;
+                is_odd |= !word.is_ascii() || word.contains(&b'#') || word.contains(&b'(');
+            }
+            count += 1;
+        }
         if count < 3 {
             return Err(self.error(format!("a position has {count} coordinates; it needs 3")));
         }
+        self.positions += 1;
+        if self.positions > u64::from(u32::MAX) {
+            return Err(self.too_many("positions"));
+        }
+        self.used.push(false);
+        self.unpaid += BYTES_PER_POSITION;
+        let taken = if count == 4 { 4 } else { 3 };
+        if taken == count && !is_odd && words.0.is_empty() {
+            return Ok(true);
+        }
+
         self.out.push(b'v');
-        for word in words(arguments).take(if count == 4 { 4 } else { 3 }) {
+        for word in &first[..taken] {
             if !word.is_ascii() {
                 let shown = String::from_utf8_lossy(word).into_owned();
                 return Err(self.error(format!("'{shown}' is not a number")));
@@ -210,24 +255,20 @@ impl<'a, 's> Statements<'a, 's> {
             self.out.extend_from_slice(if is_finite { word } else { b"nan" });
         }
         self.out.push(b'\n');
-        self.positions += 1;
-        if self.positions > u64::from(u32::MAX) {
-            return Err(self.too_many("positions"));
-        }
-        self.used.push(false);
-        self.unpaid += BYTES_PER_POSITION;
-        Ok(())
+        Ok(false)
     }
 
     /// `f v/vt/vn …` as absolute vertex numbers. One or two corners make a point or a line.
-    fn face(&mut self, arguments: &[u8]) -> Result<(), SceneError> {
-        self.start_part();
-        let start = self.out.len();
+    fn face(&mut self, arguments: &[u8]) -> Result<bool, SceneError> {
+        let mut words = Words(arguments);
         let mut corners = 0u64;
-        self.out.push(b'f');
-        for word in words(arguments) {
-            let digits = word.split(|&b| b == b'/').next().unwrap_or_default();
-            let vertex = self.vertex_number(digits)?;
+        let mut is_plain = true;
+        for word in &mut words {
+            let (vertex, is_number_alone) = match parse_digits(word) {
+                Some((n, length)) if n > 0 => (n, length == word.len()),
+                _ => (self.vertex_number(word)?, false),
+            };
+            is_plain &= is_number_alone;
             if vertex <= self.positions {
                 self.used[vertex as usize - 1] = true;
             } else {
@@ -237,30 +278,40 @@ impl<'a, 's> Statements<'a, 's> {
                     self.farthest = Some((vertex, self.line));
                 }
             }
-            self.out.push(b' ');
-            if digits[0].is_ascii_digit() {
-                self.out.extend_from_slice(digits);
-            } else {
-                self.out.extend_from_slice(vertex.to_string().as_bytes());
-            }
             corners += 1;
         }
         if corners < 3 {
             self.skipped += 1;
-            self.out.truncate(start);
-            return Ok(());
+            return Ok(false);
         }
-        self.out.push(b'\n');
         self.triangles += corners - 2;
         if self.triangles > u64::from(u32::MAX) {
             return Err(self.too_many("triangles"));
         }
         self.unpaid += BYTES_PER_FACE + BYTES_PER_CORNER * corners;
-        Ok(())
+        self.start_part();
+        if is_plain && words.0.is_empty() {
+            return Ok(true);
+        }
+
+        self.out.push(b'f');
+        for word in Words(arguments) {
+            self.out.push(b' ');
+            match parse_digits(word) {
+                Some((n, length)) if n > 0 => self.out.extend_from_slice(&word[..length]),
+                _ => {
+                    let vertex = self.vertex_number(word)?;
+                    self.out.extend_from_slice(vertex.to_string().as_bytes());
+                }
+            }
+        }
+        self.out.push(b'\n');
+        Ok(false)
     }
 
     /// A face's vertex number, counted from 1. Negative numbers count back from the latest position.
-    fn vertex_number(&self, digits: &[u8]) -> Result<u64, SceneError> {
+    fn vertex_number(&self, word: &[u8]) -> Result<u64, SceneError> {
+        let digits = word.split(|&b| b == b'/').next().unwrap_or_default();
         let shown = || String::from_utf8_lossy(digits).into_owned();
         let number = std::str::from_utf8(digits).ok().and_then(|d| d.parse::<i64>().ok());
         let vertex = match number {
@@ -310,13 +361,13 @@ impl<'a, 's> Statements<'a, 's> {
 
 impl BufRead for Statements<'_, '_> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        if self.taken == self.out.len()
-            && let Err(failure) = self.next_statement()
+        if self.taken == self.current().len()
+            && let Err(failure) = self.advance()
         {
             self.failure = Some(failure);
             return Err(io::ErrorKind::InvalidData.into());
         }
-        Ok(&self.out[self.taken..])
+        Ok(&self.current()[self.taken..])
     }
 
     fn consume(&mut self, amount: usize) {
@@ -342,9 +393,35 @@ fn split_word(line: &[u8]) -> (&[u8], &[u8]) {
     line.split_at(end)
 }
 
-/// The words up to a comment.
-fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    line.split(|b| is_space(*b)).filter(|w| !w.is_empty()).take_while(|w| w[0] != b'#')
+/// The words up to a comment; what is left when they end is the comment, or nothing.
+struct Words<'w>(&'w [u8]);
+
+impl<'w> Iterator for Words<'w> {
+    type Item = &'w [u8];
+
+    fn next(&mut self) -> Option<&'w [u8]> {
+        let start = self.0.iter().position(|b| !is_space(*b)).unwrap_or(self.0.len());
+        self.0 = &self.0[start..];
+        if self.0.first().is_none_or(|b| *b == b'#') {
+            return None;
+        }
+        let (word, rest) = split_word(self.0);
+        self.0 = rest;
+        Some(word)
+    }
+}
+
+/// The number that a word begins with and how many digits it has, if it ends there or at a slash.
+fn parse_digits(word: &[u8]) -> Option<(u64, usize)> {
+    let mut number = 0u64;
+    for (i, &byte) in word.iter().enumerate() {
+        match byte {
+            b'0'..=b'9' if i < 18 => number = number * 10 + u64::from(byte - b'0'),
+            b'/' => return Some((number, i)),
+            _ => return None,
+        }
+    }
+    Some((number, word.len()))
 }
 
 fn is_space(byte: u8) -> bool {
