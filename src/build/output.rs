@@ -24,8 +24,12 @@ impl Piece {
     /// splits may have put two parts of a primitive into one leaf.
     pub fn leaf(&mut self, bounds: Aabb, refs: &[PrimRef]) -> Node {
         let first = self.refs.len();
-        self.refs.extend(refs.iter().map(|r| r.prim));
-        self.refs[first..].sort_unstable();
+        for r in refs {
+            self.refs.push(r.prim);
+        }
+        if refs.len() > 1 {
+            self.refs[first..].sort_unstable();
+        }
         let mut kept = first + 1;
         for i in first + 1..self.refs.len() {
             if self.refs[i] != self.refs[kept - 1] {

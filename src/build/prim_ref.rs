@@ -1,5 +1,5 @@
 use super::exec::Executor;
-use super::lanes::LaneBox;
+use super::lanes::{LaneBox, Lanes};
 use crate::geom::Aabb;
 use crate::scene::Mesh;
 
@@ -57,7 +57,11 @@ impl PrimRefs {
     /// One reference per triangle, in order, followed by `slack` empty slots for the duplicates of spatial splits.
     pub fn of_mesh(mesh: &Mesh, slack: usize, exec: &Executor) -> PrimRefs {
         let count = mesh.triangles.len();
-        PrimRefs::generate(count, slack, exec, |i| PrimRef::new(&mesh.triangle_box(i), i as u32))
+        PrimRefs::generate(count, slack, exec, |i| {
+            let [a, b, c] = mesh.triangles[i].map(|v| Lanes::of_point(mesh.positions[v as usize]));
+            let bounds = LaneBox { min: a.min(b).min(c), max: a.max(b).max(c) };
+            PrimRef::new(&bounds.aabb(), i as u32)
+        })
     }
 
     /// One reference per box, in order.
