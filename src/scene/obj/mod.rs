@@ -9,6 +9,7 @@
 
 mod polygon;
 mod statements;
+mod words;
 
 use super::source::Source;
 use super::{Instance, Mesh, Part, Scene, SceneError};

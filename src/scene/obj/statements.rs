@@ -1,3 +1,4 @@
+use super::words::{Words, parse_digits, split_word};
 use crate::scene::SceneError;
 use crate::scene::options::BOM;
 use crate::scene::source::Source;
@@ -194,13 +195,14 @@ impl<'a, 's> Statements<'a, 's> {
         let (keyword, arguments) = split_word(line);
         match keyword {
             b"v" => return self.position(arguments),
-            b"f" => return self.face(arguments),
-            // An old name for the same thing, which `tobj` does not know.
-            b"fo" => {
-                if self.face(arguments)? {
-                    self.out.push(b'f');
-                    self.write_line(arguments);
+            b"f" | b"fo" => {
+                let passes = self.face(arguments)?;
+                if keyword == b"f" || !passes {
+                    return Ok(passes);
                 }
+                // `fo` is an old name for the same thing, which `tobj` does not know.
+                self.out.push(b'f');
+                self.write_line(arguments);
             }
             b"l" | b"p" | b"curv" | b"curv2" | b"surf" => self.skipped += 1,
             b"o" | b"g" => {
@@ -386,46 +388,6 @@ impl Read for Statements<'_, '_> {
 /// Statements whose text runs to the end of the line: a backslash there is part of a name.
 fn is_name_statement(line: &[u8]) -> bool {
     line.starts_with(b"#") || matches!(split_word(line).0, b"o" | b"g" | b"usemtl" | b"mtllib")
-}
-
-fn split_word(line: &[u8]) -> (&[u8], &[u8]) {
-    let end = line.iter().position(|b| is_space(*b)).unwrap_or(line.len());
-    line.split_at(end)
-}
-
-/// The words up to a comment; what is left when they end is the comment, or nothing.
-struct Words<'w>(&'w [u8]);
-
-impl<'w> Iterator for Words<'w> {
-    type Item = &'w [u8];
-
-    fn next(&mut self) -> Option<&'w [u8]> {
-        let start = self.0.iter().position(|b| !is_space(*b)).unwrap_or(self.0.len());
-        self.0 = &self.0[start..];
-        if self.0.first().is_none_or(|b| *b == b'#') {
-            return None;
-        }
-        let (word, rest) = split_word(self.0);
-        self.0 = rest;
-        Some(word)
-    }
-}
-
-/// The number that a word begins with and how many digits it has, if it ends there or at a slash.
-fn parse_digits(word: &[u8]) -> Option<(u64, usize)> {
-    let mut number = 0u64;
-    for (i, &byte) in word.iter().enumerate() {
-        match byte {
-            b'0'..=b'9' if i < 18 => number = number * 10 + u64::from(byte - b'0'),
-            b'/' => return Some((number, i)),
-            _ => return None,
-        }
-    }
-    Some((number, word.len()))
-}
-
-fn is_space(byte: u8) -> bool {
-    matches!(byte, b' ' | b'\t' | b'\x0b' | b'\x0c')
 }
 
 fn name(arguments: &[u8]) -> String {
