@@ -53,7 +53,7 @@ if ! command -v cargo >/dev/null 2>&1; then
     exit 1
 fi
 
-part "unit, integration and documentation tests" cargo test
+part "unit, integration and documentation tests" cargo test --no-fail-fast
 
 if [ $quick = 0 ]; then
     # The long tests go over the samples and, where the folder is there, over real scenes.
@@ -65,7 +65,7 @@ if [ $quick = 0 ]; then
         unset BVHC_MODELS
     fi
     part "the program, optimised" cargo build --release
-    part "long tests" cargo test --release -- --ignored long_
+    part "long tests" cargo test --release --no-fail-fast -- --ignored long_
     part "the library without the command line" cargo test --no-default-features --lib
 
     # A build that only wants caches must not pull the command line's crates.
