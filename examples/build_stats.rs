@@ -1,10 +1,10 @@
 //! Build time and tree quality, a row per scene and preset:
-//! `cargo run --release --example build_stats -- [--jobs N] [--repeat N] [--set option=value]… FILE.obj…`
+//! `cargo run --release --example build_stats -- [--jobs N] [--repeat N] [--set option=value]… [--preset NAME]… FILE…`
 //!
 //! SAH with the report constants over leaves as stored; ms is the least of the repeats, reading excluded.
 
-use bvhc::build::{self, Axes, BuildOptions, Clip, Executor, Method, NoProgress, Preset};
-use bvhc::scene::Mesh;
+use bvhc::build::{self, Axes, BuildOptions, Clip, Executor, Levels, Method, NoProgress, Preset};
+use bvhc::scene::{self, Mesh, ReadOptions};
 use bvhc::tree::quality::sah;
 use std::time::Instant;
 
@@ -77,14 +77,10 @@ fn set(options: &mut BuildOptions, assignment: &str) {
     }
 }
 
+/// The scene as one mesh in world space.
 fn read(path: &str) -> Mesh {
-    let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
-    let (models, _) = tobj::load_obj(path, &options).expect("an OBJ file");
-    let mut mesh = Mesh::default();
-    for model in models {
-        let base = mesh.positions.len() as u32;
-        mesh.positions.extend(model.mesh.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]));
-        mesh.triangles.extend(model.mesh.indices.chunks_exact(3).map(|t| [base + t[0], base + t[1], base + t[2]]));
-    }
-    mesh
+    let scene = scene::read(path.as_ref(), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let options = BuildOptions { levels: Levels::One, ..BuildOptions::preset(Preset::Draft) };
+    let accel = build::compile(scene, &options, &Executor::sequential(), &NoProgress).expect("one mesh");
+    accel.meshes.into_iter().next().expect("a mesh")
 }

@@ -33,3 +33,45 @@ fn binned_trees_match_embree_medium() {
         assert!(sah <= embree * 1.005, "{name}: SAH {sah} against {embree}");
     }
 }
+
+/// Scene, and the SAH of Embree 4.4's binary tree of high quality (with spatial splits) on it.
+const SPLIT_SCENES: [(&str, f32); 5] = [
+    ("sponza_dabrovic/sponza.obj", 68.58),
+    ("obvhs_kitchen/kitchen.obj", 50.84),
+    ("stanford_bunny/stanford_bunny.obj", 36.86),
+    ("city_san_francisco/san_francisco.obj", 40.68),
+    ("bitterli_kitchen/bitterli_kitchen.obj", 36.88),
+];
+
+fn sbvh_trees_match_embree_high(scenes: &[(&str, f32)]) {
+    let Some(dir) = common::models_dir() else { return };
+    let executors = [1, 2].map(|jobs| Executor::new(jobs).unwrap());
+    let options = BuildOptions::preset(Preset::Best);
+    for (name, embree) in scenes {
+        let Ok(scene) = scene::read(&dir.join(name), &ReadOptions::default()) else {
+            println!("skipped: {name} is not there");
+            continue;
+        };
+        let [one, two] =
+            executors.each_ref().map(|exec| compile(scene.clone(), &options, exec, &NoProgress).unwrap().blases);
+        assert!(one == two, "{name} depends on the number of threads");
+        let sah = quality::sah(&one[0].nodes);
+        let references = one[0].refs.len() as f64 / scene.instanced_triangles() as f64;
+        println!("{name}: SAH {sah:.2}, Embree {embree}, {references:.3} references a triangle");
+        assert!(sah <= *embree, "{name}: SAH {sah} against {embree}");
+        assert!(references <= 1.26, "{name}: {references} references a triangle");
+        // Scans gain nothing from splits and must not pay for them.
+        assert!(!name.contains("bunny") || references <= 1.02, "{name}: {references} references a triangle");
+    }
+}
+
+#[test]
+fn sbvh_trees_of_small_scenes_match_embree_high() {
+    sbvh_trees_match_embree_high(&SPLIT_SCENES[..3]);
+}
+
+#[test]
+#[ignore = "long: builds a million triangles twice"]
+fn long_sbvh_trees_match_embree_high() {
+    sbvh_trees_match_embree_high(&SPLIT_SCENES[3..]);
+}

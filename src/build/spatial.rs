@@ -207,7 +207,8 @@ impl Object {
 
 /// Half the area in `f64`, which no finite box overflows; 0 for an empty box.
 fn half_area(b: &Aabb) -> f64 {
-    let [x, y, z] = [0, 1, 2].map(|a| f64::from(b.max[a]) - f64::from(b.min[a]));
+    let edge = |a: usize| f64::from(b.max[a]) - f64::from(b.min[a]);
+    let (x, y, z) = (edge(0), edge(1), edge(2));
     if x < 0.0 || y < 0.0 || z < 0.0 { 0.0 } else { x * y + y * z + z * x }
 }
 
