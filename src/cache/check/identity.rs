@@ -1,7 +1,7 @@
 use rayon::prelude::*;
 
 use super::boxes::{Items, show_corners};
-use super::cover;
+use super::cover::Cover;
 use super::report::{Place, Report};
 use crate::cache::{GeomRecord, SectionKind, TriangleRecord, rules};
 use crate::geom::Aabb;
@@ -129,11 +129,11 @@ fn check_copies(
         .into_par_iter()
         .map(|piece| {
             let mut part = Report::new(max_issues);
-            let mut boxes: Vec<Aabb> = Vec::new();
+            let (mut boxes, mut cover) = (Vec::<Aabb>::new(), Cover::default());
             for group in piece.chunk_by(|a, b| a.0 == b.0) {
                 boxes.clear();
                 boxes.extend(group.iter().map(|c| nodes[c.2 as usize].bounds()));
-                check_group(group, &boxes, items, &mut part);
+                check_group(group, &boxes, &mut cover, items, &mut part);
             }
             part
         })
@@ -142,7 +142,7 @@ fn check_copies(
     out
 }
 
-fn check_group(group: &[Copied], boxes: &[Aabb], items: Items<'_>, out: &mut Report) {
+fn check_group(group: &[Copied], boxes: &[Aabb], cover: &mut Cover, items: Items<'_>, out: &mut Report) {
     let slot = group[0].1 as usize;
     let triangle = &items.triangles[slot];
     let corners = triangle.corners().map(|p| p.map(f32::to_bits));
@@ -159,7 +159,7 @@ fn check_group(group: &[Copied], boxes: &[Aabb], items: Items<'_>, out: &mut Rep
     if !equal || boxes.iter().any(|b| !b.is_valid()) {
         return;
     }
-    if let Some(point) = cover::uncovered(triangle.corners(), boxes) {
+    if let Some(point) = cover.hole(triangle.corners(), boxes) {
         out.add(&rules::E0425, items.place(slot), || {
             (format!("its {} leaves must cover it", boxes.len()), format!("none holds its point {point:?}"))
         });
