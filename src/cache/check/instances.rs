@@ -144,9 +144,9 @@ mod tests {
     #[test]
     fn far_large_small_and_skewed_instances_pass() {
         let at = |s: f64, t: f64| [[s, 0.1 * s, 0.0, t], [-0.1 * s, s, 0.3 * s, -t], [0.0, 0.0, 2.0 * s, t / 3.0]];
-        for s in [1e-30, 1e-6, 1.0, 3.7, 1e6, 1e30] {
-            for t in [0.0, 1.0, 1e7, -1e12] {
-                if t * 1.0 / s < 1e38 {
+        for s in [1e-30f64, 1e-6, 1.0, 3.7, 1e6, 1e30] {
+            for t in [0.0f64, 1.0, 1e7, -1e12] {
+                if (t / s).abs() < 1e38 {
                     assert!(is_inverse(at(s, t)), "scale {s}, translation {t}");
                 }
             }
