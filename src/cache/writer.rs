@@ -45,20 +45,7 @@ pub struct WriteSummary {
 pub fn write_file(path: &Path, image: &Image, meta: &Meta, options: &WriteOptions) -> Result<WriteSummary, CacheError> {
     let sealed = seal(&path.display().to_string(), image, meta, options)?;
     atomic::replace(path, |file| sealed.write_to(file))?;
-    #[cfg(debug_assertions)]
-    recheck(path);
     Ok(sealed.summary())
-}
-
-/// In debug builds every written file is read again and checked by the code that users check files with.
-#[cfg(debug_assertions)]
-fn recheck(path: &Path) {
-    use super::check::{Level, Limits, check_bytes};
-    // A file that cannot be opened again, or that another writer has replaced since, says nothing about this writer.
-    let Ok(bytes) = super::FileBytes::open(path, &super::OpenOptions::default()) else { return };
-    let report = check_bytes(bytes.as_slice(), Level::Tree, None, &Limits::default());
-    let findings = || report.findings.iter().map(|f| format!("\n  {f}")).collect::<String>();
-    assert!(report.is_valid(), "what was written to {} is not valid:{}", path.display(), findings());
 }
 
 /// Write a file to any sink, front to back.
