@@ -165,8 +165,9 @@ fn needles_across_the_scene_stay_in_the_budget() {
         let options = BuildOptions { split_alpha: 0.0, split_budget, unsplit, clip, ..best() };
         let tree = build(&mesh, &options);
         assert!(tree.refs.len() <= budgeted_slots(700, split_budget));
-        // Every plane cuts more needles than a tight budget pays for.
-        assert_eq!(tree.refs.len() > 700, split_budget >= 1.5, "budget {split_budget}");
+        // Every plane cuts more needles than a tight budget pays for, and half of a needle's box is no tighter than the box.
+        let pays = split_budget >= 1.5 && clip == Clip::Exact;
+        assert!(tree.refs.len() > 700 || !pays, "no split at all with a budget of {split_budget}");
         assert_covered(&tree, &mesh);
     }
 }
