@@ -57,6 +57,11 @@ impl Workshop<'_> {
         bar.spin("writing");
         unchanged(&inputs)?;
         let meta = Meta::new(self.recipe.clone(), &inputs, &report);
+        // Debug builds, and so every test, look into each record before they write it.
+        if cfg!(debug_assertions) {
+            let checked = cache::check::check_image(&image, &cache::check::Limits::default());
+            assert!(checked.is_valid(), "a tree that is not valid was built: {:?}", checked.findings);
+        }
         let publishing = interrupt::publish()?;
         let options = WriteOptions { codec: self.codec };
         let written = cache::write_file(&job.output, &image, &meta, &options).map_err(|e| caches::failure(&e))?;
