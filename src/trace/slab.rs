@@ -217,7 +217,7 @@ mod tests {
         let node = Node::leaf(Aabb { min: [0.0, 0.0, 2.0], max: [1.0, 1.0, 3.0] }, 0, 1);
         for zero in [0.0, -0.0] {
             for (x, meets) in [(0.0, true), (1.0, true), (0.5, true), (-1e-3, false), (1.0 + 1e-6, false)] {
-                let slabs = Slabs::new([f64::from(x), 0.0, 0.0], [zero, zero, 1.0], &node.bounds(), 0.0);
+                let slabs = Slabs::new([x, 0.0, 0.0], [zero, zero, 1.0], &node.bounds(), 0.0);
                 assert_eq!(slabs.one(&node, f32::MAX / 4.0).1, meets, "x = {x}, zero = {zero}");
             }
         }
