@@ -85,7 +85,8 @@ fn a_dry_run_says_why_and_does_nothing() {
     let (place, old) = built();
     let why = |args: &str| place.ok(&format!("build a.obj -o a.bvhc --dry-run {args}")).out;
     assert!(why("").contains("up to date"));
-    assert_eq!(why("--bins 8"), "a.bvhc  would build: option bins 32 → 8\n");
+    let bins = bvhc::build::BuildOptions::default().bins;
+    assert_eq!(why("--bins 8"), format!("a.bvhc  would build: option bins {bins} → 8\n"));
     assert_eq!(why("--force"), "a.bvhc  would build: forced\n");
     assert!(why("--method binned").contains("method sbvh → binned"));
     assert!(why("--degenerate keep").contains("option degenerate drop → keep"));
