@@ -47,8 +47,9 @@ fn main() {
     }
     let workers = if smoke { [None, None] } else { [build_worker(false), build_worker(true)] };
     let files: Vec<PathBuf> = scene_files().into_iter().filter(|f| scenes.is_empty() || named(f, &scenes)).collect();
-    let extra = scenes.iter().map(PathBuf::from).filter(|p| p.is_file() && !files.contains(p));
-    for file in files.iter().cloned().chain(extra) {
+    let extra: Vec<PathBuf> = scenes.iter().map(PathBuf::from).filter(|p| p.is_file() && !files.contains(p)).collect();
+    assert!(!files.is_empty() || !extra.is_empty(), "no scene is called {scenes:?}; is BVHC_MODELS set?");
+    for file in files.into_iter().chain(extra) {
         match read(&file, &ReadOptions::default()) {
             Ok(scene) => {
                 let options = BuildOptions { levels: bvhc::build::Levels::One, ..BuildOptions::preset(Preset::Draft) };
@@ -68,7 +69,7 @@ fn scene_files() -> Vec<PathBuf> {
 }
 
 fn named(file: &Path, scenes: &[String]) -> bool {
-    scenes.iter().any(|s| file.to_string_lossy().ends_with(s.as_str()))
+    scenes.iter().any(|s| file.to_string_lossy().contains(s.as_str()))
 }
 
 /// One builder's figures.
