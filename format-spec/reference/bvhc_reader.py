@@ -112,7 +112,6 @@ class File:
             raise Unsupported("format %d.%d, readable from minor %d" % (h["major"], h["minor"], h["min_minor"]))
         if h["features_required"] != 0:
             raise Unsupported("required features 0x%x" % h["features_required"])
-        require(h["min_minor"] <= h["minor"], "min_minor exceeds minor")
         require(h["header_len"] >= 256 and h["header_len"] % 64 == 0, "header_len")
         require(h["minor"] > 0 or h["header_len"] == 256, "header_len is not 256 in version 1.0")
         require(h["file_len"] == len(self.data) and len(self.data) % 64 == 0, "file_len is not the length of the file")

@@ -24,15 +24,8 @@ impl Container {
         let header = parse_header(file)?;
         let entries = parse_table(file, &header)?;
         check_tiling(file, &header, &entries)?;
-        for (i, entry) in entries.iter().enumerate() {
-            check_entry(entry)?;
-            if entries[..i].iter().any(|e| e.kind == entry.kind && e.ordinal == entry.ordinal) {
-                return Err(Fault::invalid(
-                    "E0121",
-                    format!("a file has one section {} {} and this one has two", entry.kind, entry.ordinal),
-                ));
-            }
-        }
+        entries.iter().try_for_each(check_entry)?;
+        check_unique(&entries)?;
         check_presence(&header, &entries)?;
         Ok(Container { header, entries })
     }
@@ -42,6 +35,13 @@ impl Container {
 pub(super) fn is_understood(entry: &SectionEntry) -> bool {
     let known = entry.kind.rule().is_some_and(|rule| rule.schema == entry.schema && entry.ordinal == 0);
     known && is_known_codec(entry.codec)
+}
+
+/// Why the META of a file cannot be read by this version, if there is one that cannot.
+pub(super) fn later_meta(entries: &[SectionEntry]) -> Option<String> {
+    let entry = entries.iter().find(|e| e.kind == SectionKind::META && e.ordinal == 0 && !is_understood(e))?;
+    let (schema, codec) = (entry.schema, entry.codec);
+    Some(format!("META has schema {schema} and codec {codec}, which this bvhc does not know (W0101)"))
 }
 
 pub(super) fn is_known_codec(codec: u8) -> bool {
@@ -69,6 +69,13 @@ fn parse_header(file: &[u8]) -> Result<Header, Fault> {
             format!("it has format version {}.{} and this bvhc reads version {MAJOR}", header.major, header.minor);
         return Err(Fault::unsupported("E0103", detail));
     }
+    if header.min_minor > header.minor {
+        let detail = format!(
+            "it needs a reader of version {MAJOR}.{} and says that version {MAJOR}.{} wrote it",
+            header.min_minor, header.minor
+        );
+        return Err(Fault::unsupported("E0128", detail));
+    }
     if header.min_minor > MINOR {
         let detail =
             format!("it needs a reader of version {MAJOR}.{} and this one is {MAJOR}.{MINOR}", header.min_minor);
@@ -87,19 +94,21 @@ fn parse_header(file: &[u8]) -> Result<Header, Fault> {
     let rule = |holds: bool, id, detail: String| if holds { Ok(()) } else { Err(Fault::invalid(id, detail)) };
     let header_len = usize::from(header.header_len);
     rule(
-        header_len >= Header::LEN && header_len.is_multiple_of(64) && header_len <= file.len(),
+        header_len == Header::LEN
+            || header.minor > MINOR
+                && header_len > Header::LEN
+                && header_len.is_multiple_of(64)
+                && header_len <= file.len(),
         "E0105",
-        format!("header_len must be {} or a larger multiple of 64 within the file and is {header_len}", Header::LEN),
+        format!(
+            "header_len must be {}, or in a later version a larger multiple of 64 within the file, and is {header_len}",
+            Header::LEN
+        ),
     )?;
     rule(
         header.file_len == file.len() as u64 && header.file_len.is_multiple_of(64),
         "E0106",
         format!("the header states {} bytes, a multiple of 64, and the file has {}", header.file_len, file.len()),
-    )?;
-    rule(
-        header.min_minor <= header.minor,
-        "E0128",
-        format!("min_minor {} must not exceed minor {}", header.min_minor, header.minor),
     )?;
     let reserved_is_zero = header.reserved == [0; 32];
     rule(reserved_is_zero, "E0111", "bytes 224 to 255 of the header must be zero and are not".into())?;
@@ -286,6 +295,18 @@ fn check_known(entry: &SectionEntry) -> Result<(), Fault> {
         return Err(Fault::invalid("E0129", format!("{kind} may have {most} {what} and has {value}")));
     }
     Ok(())
+}
+
+/// Sorted, because a hostile table has 65 536 entries.
+fn check_unique(entries: &[SectionEntry]) -> Result<(), Fault> {
+    let mut names: Vec<(SectionKind, u32)> = entries.iter().map(|e| (e.kind, e.ordinal)).collect();
+    names.sort_unstable();
+    match names.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(&[(kind, ordinal), _]) => {
+            Err(Fault::invalid("E0121", format!("a file has one section {kind} {ordinal} and this one has two")))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn check_presence(header: &Header, entries: &[SectionEntry]) -> Result<(), Fault> {

@@ -1,3 +1,4 @@
+use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -75,6 +76,13 @@ pub(super) enum FaultClass {
     Invalid,
     Unsupported,
     MemoryLimit,
+}
+
+/// Without the file's name: for what does not keep it from being used.
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.detail, self.rule)
+    }
 }
 
 impl Fault {

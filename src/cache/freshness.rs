@@ -88,7 +88,8 @@ fn compare(path: &Path, model: &Path, recipe: &Recipe) -> Result<(Head, Vec<Path
         CacheError::Io { source, .. } if source.kind() == io::ErrorKind::NotFound => Staleness::Missing,
         error => Staleness::Unreadable(error.to_string()),
     })?;
-    let meta = head.meta.as_ref().ok_or(Staleness::NoMeta)?;
+    let why = || head.meta_error.clone().map_or(Staleness::NoMeta, Staleness::Unreadable);
+    let meta = head.meta.as_ref().ok_or_else(why)?;
     compare_recipe(meta, recipe)?;
 
     // Hash the inputs in the order of the key.

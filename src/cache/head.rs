@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::container::{Container, is_understood};
+use super::container::{self, Container, is_understood};
 use super::error::{CacheError, Fault};
-use super::reader::{FileBytes, OpenOptions};
+use super::reader::{self, FileBytes, OpenOptions};
 use super::section::{SectionEntry, SectionKind};
-use super::{Header, MAX_META_LEN, Meta, pack, writer};
+use super::{Header, MAX_META_LEN, Meta, writer};
 
 /// A file's header, table and provenance, held against the container's rules.
 #[derive(Clone, Debug)]
@@ -14,8 +14,10 @@ pub struct Head {
     pub header: Header,
     /// The section table, unknown sections included.
     pub sections: Vec<SectionEntry>,
-    /// `None` for a file without META or with one of a later layout.
+    /// `None` for a file without META, and for one whose META cannot be read.
     pub meta: Option<Meta>,
+    /// Why it cannot, as [`Cache::meta_error`](super::Cache::meta_error).
+    pub meta_error: Option<String>,
 }
 
 impl Head {
@@ -30,15 +32,19 @@ impl Head {
 
     fn parse(file: &[u8]) -> Result<Head, Fault> {
         let Container { header, entries } = Container::parse(file)?;
-        let meta = match entries.iter().find(|e| e.kind == SectionKind::META && is_understood(e)) {
-            Some(entry) => Some(read_meta(file, entry)?),
-            None => None,
+        let (meta, meta_error) = match entries.iter().find(|e| e.kind == SectionKind::META && is_understood(e)) {
+            Some(entry) => match read_meta(file, entry)? {
+                Ok(meta) => (Some(meta), None),
+                Err(fault) => (None, Some(fault.to_string())),
+            },
+            None => (None, container::later_meta(&entries)),
         };
-        Ok(Head { header, sections: entries, meta })
+        Ok(Head { header, sections: entries, meta, meta_error })
     }
 }
 
-fn read_meta(file: &[u8], entry: &SectionEntry) -> Result<Meta, Fault> {
+/// The outer error is damage; the inner one is a META that its writer made so.
+fn read_meta(file: &[u8], entry: &SectionEntry) -> Result<Result<Meta, Fault>, Fault> {
     // The container's rules put every section inside the file.
     let range = usize::try_from(entry.offset).ok().zip(entry.end().and_then(|end| usize::try_from(end).ok()));
     let stored = range.and_then(|(start, end)| file.get(start..end)).unwrap_or_default();
@@ -48,18 +54,13 @@ fn read_meta(file: &[u8], entry: &SectionEntry) -> Result<Meta, Fault> {
             "the bytes of META do not have the hash of the section table: the file is damaged",
         ));
     }
+    Ok(decode(stored, entry))
+}
+
+fn decode(stored: &[u8], entry: &SectionEntry) -> Result<Meta, Fault> {
     match (entry.codec, usize::try_from(entry.raw_len)) {
         (SectionEntry::RAW, _) => Meta::decode(stored),
-        (_, Ok(raw_len)) if raw_len <= MAX_META_LEN => {
-            let raw = pack::unpack(stored, raw_len)?;
-            if writer::hash(raw.as_slice()) != entry.raw_hash {
-                return Err(Fault::invalid(
-                    "E0202",
-                    "the decoded bytes of META do not have the hash of the section table",
-                ));
-            }
-            Meta::decode(raw.as_slice())
-        }
+        (_, Ok(raw_len)) if raw_len <= MAX_META_LEN => Meta::decode(reader::unpack(entry, stored, raw_len)?.as_slice()),
         _ => Err(Fault::invalid("E0206", format!("META may have {MAX_META_LEN} bytes and has {}", entry.raw_len))),
     }
 }

@@ -8,12 +8,12 @@ use std::path::Path;
 use bytemuck::Pod;
 
 use super::aligned::AlignedBytes;
-use super::container::{Container, is_understood};
+use super::container::{self, Container, is_understood};
 use super::error::{CacheError, Fault};
 use super::names::Names;
 use super::records::{BlasRecord, GeomRecord, InstanceRecord, TriangleRecord};
 use super::rules::Severity;
-use super::section::{SectionEntry, SectionKind};
+use super::section::{SectionEntry, SectionKind, section_flags};
 use super::writer::hash;
 use super::{Header, Meta, View, check, keys, pack};
 use crate::tree::Node;
@@ -63,6 +63,7 @@ pub struct Cache {
     decoded: Vec<Option<AlignedBytes>>,
     places: Places,
     meta: Option<Meta>,
+    meta_error: Option<String>,
     validation: Validation,
 }
 
@@ -172,7 +173,8 @@ impl Cache {
         };
         let meta_place = find(SectionKind::META);
         let decoded = entries.iter().map(|_| None).collect();
-        let mut cache = Cache { bytes, header, entries, decoded, places, meta: None, validation: options.validation };
+        let (meta, meta_error, validation) = (None, None, options.validation);
+        let mut cache = Cache { bytes, header, entries, decoded, places, meta, meta_error, validation };
         cache.fill(meta_place, options).map_err(|fault| fault.of(name))?;
         if options.validation >= Validation::Tree {
             cache.check_records().map_err(|fault| fault.of(name))?;
@@ -200,14 +202,23 @@ impl Cache {
             }
             if decode {
                 let raw_len = usize::try_from(entry.raw_len).map_err(|_| Fault::memory(needed, options.max_memory))?;
-                let raw = pack::unpack(self.stored(i), raw_len)
-                    .map_err(|fault| Fault { detail: format!("{}: {}", entry.kind, fault.detail), ..fault })?;
-                check_hash("E0202", &entry, raw.as_slice(), &entry.raw_hash)?;
-                self.decoded[i] = Some(raw);
+                let unpacked = unpack(&entry, self.stored(i), raw_len);
+                match unpacked {
+                    Ok(raw) => self.decoded[i] = Some(raw),
+                    Err(fault) if entry.is(section_flags::CRITICAL) => return Err(fault),
+                    // It is what its writer wrote, and nothing that a ray needs: `check` reports it.
+                    Err(fault) if Some(i) == meta_place => self.meta_error = Some(fault.to_string()),
+                    Err(_) => {}
+                }
             }
         }
-        if let Some(i) = meta_place {
-            self.meta = Some(Meta::decode(self.section_bytes(i).unwrap_or_default())?);
+        if let Some(bytes) = meta_place.and_then(|i| self.section_bytes(i)) {
+            match Meta::decode(bytes) {
+                Ok(meta) => self.meta = Some(meta),
+                Err(fault) => self.meta_error = Some(fault.to_string()),
+            }
+        } else if self.meta_error.is_none() {
+            self.meta_error = container::later_meta(&self.entries);
         }
         if thorough && keys::content_id(&self.entries) != self.header.content_id {
             return Err(Fault::invalid("E0204", "content_id does not follow from the section table"));
@@ -237,9 +248,15 @@ impl Cache {
         self.validation
     }
 
-    /// Provenance; `None` for a file without META or with one of a later layout.
+    /// Provenance; `None` for a file without META, and for one whose META cannot be read: [`Cache::meta_error`].
     pub fn meta(&self) -> Option<&Meta> {
         self.meta.as_ref()
+    }
+
+    /// Why [`Cache::meta`] is `None` although the file has a META: it is of a later layout, or breaks its own. Traversal does not
+    /// need it, so such a file is opened all the same.
+    pub fn meta_error(&self) -> Option<&str> {
+        self.meta_error.as_deref()
     }
 
     /// Everything that traversal reads.
@@ -285,8 +302,8 @@ impl Cache {
         Names::new(self.places.nams.and_then(|i| self.section_bytes(i)).unwrap_or_default())
     }
 
-    /// The decoded bytes of section `index` of [`Cache::sections`]; `None` for an unknown codec, and at [`Validation::Quick`] for packed
-    /// sections of unknown kinds.
+    /// The decoded bytes of section `index` of [`Cache::sections`]; `None` for an unknown codec, for a section that may be ignored and
+    /// cannot be decoded, and at [`Validation::Quick`] for packed sections of unknown kinds.
     pub fn section_bytes(&self, index: usize) -> Option<&[u8]> {
         match self.entries.get(index)?.codec {
             SectionEntry::RAW => Some(self.stored(index)),
@@ -322,6 +339,13 @@ impl std::fmt::Debug for Cache {
 
 fn to_usize(value: u64) -> Option<usize> {
     usize::try_from(value).ok()
+}
+
+pub(super) fn unpack(entry: &SectionEntry, stored: &[u8], raw_len: usize) -> Result<AlignedBytes, Fault> {
+    let raw = pack::unpack(stored, raw_len)
+        .map_err(|fault| Fault { detail: format!("{}: {}", entry.kind, fault.detail), ..fault })?;
+    check_hash("E0202", entry, raw.as_slice(), &entry.raw_hash)?;
+    Ok(raw)
 }
 
 fn check_hash(rule: &'static str, entry: &SectionEntry, bytes: &[u8], want: &[u8; 32]) -> Result<(), Fault> {

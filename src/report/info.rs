@@ -33,6 +33,9 @@ pub struct FileInfo {
     pub sections: Vec<SectionInfo>,
     /// `None` where the file has no META or one of an unknown schema: a file is usable without.
     pub meta: Option<MetaInfo>,
+    /// Why it is `None` although there is a META.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meta_error: Option<String>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -165,6 +168,7 @@ impl FileInfo {
             scene_bounds: Bounds { min: header.scene_min, max: header.scene_max },
             sections: sections.iter().map(SectionInfo::from).collect(),
             meta,
+            meta_error: None,
         }
     }
 }

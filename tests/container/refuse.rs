@@ -1,9 +1,11 @@
 //! What a reader must refuse, and what it must let pass.
 
+use bvhc::cache::check::{Level, Limits, check_bytes};
 use bvhc::cache::{
-    Cache, CacheError, Codec, ConvertOptions, ErrorKind, Header, OpenOptions, SectionEntry, SectionKind, Validation,
-    WriteOptions, convert, keys, to_bytes,
+    Cache, CacheError, Codec, ConvertOptions, ErrorKind, Head, Header, OpenOptions, SectionEntry, SectionKind,
+    Validation, WriteOptions, convert, keys, rules, to_bytes,
 };
+use bvhc::geom::Ray;
 
 use crate::images::{meta, one_triangle, two_instances};
 
@@ -74,6 +76,7 @@ fn header_rules() {
     assert_eq!(rule(b""), "E0102");
     assert_eq!(rule(&file()[..200]), "E0101");
     assert_eq!(rule(&with_header(|h| h.header_len = 128)), "E0105");
+    assert_eq!(rule(&with_header(|h| h.header_len = 320)), "E0105");
     assert_eq!(rule(&with_header(|h| h.file_len += 64)), "E0106");
     assert_eq!(rule(&with_header(|h| h.reserved[31] = 1)), "E0111");
     assert_eq!(rule(&with_header(|h| h.tree_flags = 7)), "E0126");
@@ -96,6 +99,7 @@ fn what_a_later_version_needs_is_named() {
     };
     check(&with_header(|h| h.major = 2), "E0103", "version 2.0");
     check(&with_header(|h| (h.minor, h.min_minor) = (3, 3)), "E0104", "1.3");
+    check(&with_header(|h| h.min_minor = 3), "E0128", "1.3");
     check(&with_header(|h| h.features_required = 1 << 37), "E0107", "feature 37");
     check(&with_entry(0, |e| e.kind = SectionKind(*b"QNOD")), "E0113", "QNOD");
     check(&with_entry(0, |e| e.schema = 9), "E0114", "schema 9");
@@ -121,6 +125,7 @@ fn what_a_later_version_adds_is_skipped() {
     longer.splice(256..256, [7; 64]);
     let mut header: Header = bytemuck::pod_read_unaligned(&longer[..256]);
     (header.header_len, header.section_table_off, header.file_len) = (320, 320, longer.len() as u64);
+    header.minor = 1;
     let table = 320..320 + 128 * header.section_count as usize;
     for i in 0..header.section_count as usize {
         let at = 320 + 128 * i;
@@ -133,6 +138,70 @@ fn what_a_later_version_adds_is_skipped() {
     assert_eq!(Cache::from_bytes(&longer, &OpenOptions::default()).unwrap().triangles().len(), 1);
     longer[300] ^= 1;
     assert_eq!(rule(&longer), "E0203");
+}
+
+/// Provenance is for people and build systems: what is wrong with it keeps no ray from being traced, and is said.
+#[test]
+fn a_file_whose_meta_or_names_cannot_be_read_is_opened_and_checked() {
+    let body = |index: usize, change: fn(&mut [u8])| {
+        let mut file = file();
+        let entry: SectionEntry = bytemuck::pod_read_unaligned(&file[256 + 128 * index..][..128]);
+        change(&mut file[entry.offset as usize..][..entry.stored_len as usize]);
+        sign(&mut file);
+        file
+    };
+    let broken = [
+        (body(5, |meta| meta[..8].fill(0xff)), "E0206"),
+        (with_entry(5, |e| (e.codec, e.raw_len) = (SectionEntry::ZSTD, 99)), "E0205"),
+        (with_entry(5, |e| e.schema = 2), "W0101"),
+        (with_entry(5, |e| e.codec = 77), "W0101"),
+        (body(4, |names| names[0] = 9), "E0208"),
+    ];
+    for (file, rule) in broken {
+        for validation in [Validation::Quick, Validation::Hash, Validation::Tree] {
+            let cache = Cache::from_bytes(&file, &OpenOptions { validation, ..OpenOptions::default() }).unwrap();
+            let ray = Ray::new([0.2, 0.2, -1.0], [0.0, 0.0, 1.0]);
+            assert!(cache.closest_hit(&ray).unwrap().is_some(), "{rule}");
+            assert_eq!(cache.meta().is_none(), rule != "E0208");
+            assert_eq!(cache.meta_error().is_some_and(|why| why.contains(rule)), rule != "E0208", "{rule}");
+        }
+        let report = check_bytes(&file, Level::Tree, None, &Limits::default());
+        assert_eq!(report.counts().map(|(rule, _)| rule.id).collect::<Vec<_>>(), [rule]);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bvhc");
+        std::fs::write(&path, &file).unwrap();
+        let head = Head::read(&path, &quick()).unwrap();
+        assert_eq!((head.meta.is_none(), head.meta_error.is_some()), (rule != "E0208", rule != "E0208"));
+    }
+}
+
+#[test]
+fn a_table_of_65536_entries_is_judged_at_once() {
+    let count = 65_536u32;
+    let table = |last: u32| {
+        let mut entries: Vec<SectionEntry> = Vec::new();
+        let offset = 256 + 128 * u64::from(count);
+        let empty = *blake3::hash(b"").as_bytes();
+        for ordinal in (0..count - 1).chain([last]) {
+            let kind = SectionKind(*b"XTRA");
+            let zero = bytemuck::Zeroable::zeroed();
+            let (raw_hash, stored_hash, align_log2) = (empty, empty, 6);
+            entries.push(SectionEntry { kind, ordinal, offset, raw_hash, stored_hash, align_log2, ..zero });
+        }
+        let mut header: Header = bytemuck::pod_read_unaligned(&file()[..256]);
+        (header.section_count, header.file_len, header.content_id) = (count, offset, keys::content_id(&entries));
+        header.file_id = keys::file_id(&header, &[], bytemuck::cast_slice(&entries));
+        [bytemuck::bytes_of(&header), bytemuck::cast_slice(&entries)].concat()
+    };
+    let start = std::time::Instant::now();
+    assert_eq!(rule(&table(0)), "E0121");
+    assert_eq!(rule(&table(count - 1)), "E0125");
+    for last in [0, count - 1] {
+        let report = check_bytes(&table(last), Level::Tree, None, &Limits::default());
+        assert_eq!(report.count(&rules::E0121) > 0, last == 0);
+    }
+    // Two thousand million comparisons take longer.
+    assert!(start.elapsed().as_secs_f64() < 2.0, "{:?}", start.elapsed());
 }
 
 #[test]

@@ -2,7 +2,7 @@ use rayon::prelude::*;
 
 use super::report::{Place, Report};
 use super::topology::{MAX_LEAF, TreePlace};
-use crate::cache::{SectionKind, TriangleRecord, rules};
+use crate::cache::{GeomRecord, SectionKind, TriangleRecord, rules};
 use crate::geom::Aabb;
 use crate::tree::Node;
 
@@ -19,7 +19,7 @@ pub struct Items<'a> {
     /// `GEOM` rows of this tree.
     pub geoms: (u32, u32),
     /// For each row of `GEOM` its first primitive and how many it has.
-    pub prims: &'a [crate::cache::GeomRecord],
+    pub prims: &'a [GeomRecord],
     /// The tree has spatial splits: a leaf may hold a part of a triangle.
     pub split: bool,
 }
@@ -119,26 +119,39 @@ fn check_node(nodes: &[Node], i: usize, items: Option<Items<'_>>, at: TreePlace,
 }
 
 /// The fields of one triangle; whether its corners are finite.
-#[inline]
+#[inline(always)]
 fn check_fields(triangle: &TriangleRecord, slot: usize, items: &Items<'_>, out: &mut Report) -> bool {
     // Test everything at once on the way that nearly every triangle takes.
-    let bits = triangle.corners().map(|p| p.map(f32::to_bits));
-    let (mut infinite, mut minus_zero) = (false, false);
-    for b in bits.iter().flatten() {
-        infinite |= b & 0x7f80_0000 == 0x7f80_0000;
-        minus_zero |= *b == 0x8000_0000;
+    let (mut infinite, mut minus_zero) = ([0u32; 3], [0u32; 3]);
+    for corner in triangle.corners() {
+        for axis in 0..3 {
+            let bits = corner[axis].to_bits();
+            infinite[axis] |= u32::from(bits & 0x7f80_0000 == 0x7f80_0000);
+            minus_zero[axis] |= u32::from(bits == 0x8000_0000);
+        }
     }
+    let (infinite, minus_zero) = (infinite != [0; 3], minus_zero != [0; 3]);
     let (low, high) = items.geoms;
     let in_tree = low <= triangle.geom && triangle.geom < high;
     let row = items.prims.get(triangle.geom as usize).filter(|_| in_tree);
-    let in_part =
-        row.is_some_and(|g| triangle.prim.wrapping_sub(g.first_prim) < g.prim_count && triangle.prim >= g.first_prim);
+    let in_part = row.is_some_and(|g| holds(g, triangle.prim));
     let known = triangle.flags & !TriangleRecord::DUPLICATED == 0;
     if !infinite && !minus_zero && in_part && known {
         return true;
     }
+    tell_fields(triangle, slot, items, out);
+    !infinite
+}
 
-    // Say what is wrong.
+/// Say which fields are wrong, where [`check_fields`] found that some are.
+#[cold]
+fn tell_fields(triangle: &TriangleRecord, slot: usize, items: &Items<'_>, out: &mut Report) {
+    let bits = triangle.corners().map(|p| p.map(f32::to_bits));
+    let infinite = bits.as_flattened().iter().any(|b| b & 0x7f80_0000 == 0x7f80_0000);
+    let minus_zero = bits.as_flattened().contains(&0x8000_0000);
+    let (low, high) = items.geoms;
+    let in_tree = low <= triangle.geom && triangle.geom < high;
+    let row = items.prims.get(triangle.geom as usize).filter(|_| in_tree);
     let place = items.place(slot);
     if infinite {
         out.add(&rules::E0417, place, || ("finite".into(), format!("they are {}", show_corners(triangle))));
@@ -148,14 +161,18 @@ fn check_fields(triangle: &TriangleRecord, slot: usize, items: &Items<'_>, out: 
     }
     if !in_tree {
         out.add(&rules::E0416, place, || (format!("{low} .. {high}"), triangle.geom.to_string()));
-    } else if let (Some(g), false) = (row, in_part) {
+    } else if let Some(g) = row.filter(|g| !holds(g, triangle.prim)) {
         let end = u64::from(g.first_prim) + u64::from(g.prim_count);
         out.add(&rules::E0415, place, || (format!("{} .. {end}", g.first_prim), triangle.prim.to_string()));
     }
-    if !known {
+    if triangle.flags & !TriangleRecord::DUPLICATED != 0 {
         out.add(&rules::E0418, place, || ("0x1".into(), format!("{:#x}", triangle.flags)));
     }
-    !infinite
+}
+
+#[inline]
+fn holds(row: &GeomRecord, prim: u32) -> bool {
+    prim.checked_sub(row.first_prim).is_some_and(|within| within < row.prim_count)
 }
 
 /// No triangle stands in one leaf twice. Quadratic in the leaf's size, which is at most [`MAX_LEAF`], over flagged triangles only.

@@ -18,6 +18,58 @@ pub fn check(nodes: &[Node], items: Items<'_>, tiled: bool, stated: u32, max_iss
         out.skip(format!("Whether the triangles of tree {} are there once: there is not enough memory.", items.tree));
         return out;
     };
+    if let Some(copies) = tiled.then(|| look_once(nodes, items, &numbering, stated)).flatten() {
+        return check_copies(nodes, items, &copies, max_issues);
+    }
+    look_closely(nodes, items, &numbering, tiled, stated, max_issues)
+}
+
+/// The way that nearly every tree takes: one look at each triangle, in its leaf. `None` where anything is wrong, which is for
+/// [`look_closely`] to say.
+fn look_once(nodes: &[Node], items: Items<'_>, numbering: &Numbering<'_>, stated: u32) -> Option<Copies> {
+    let mut kept = vec![0u32; numbering.rows.len()];
+    let (mut once, mut several) = (Bits::new(numbering.len)?, Bits::new(numbering.len)?);
+    let mut list: Vec<Copied> = Vec::new(); // a third of the size of the triangles at most
+    for (i, node) in nodes.iter().enumerate().filter(|(i, n)| *i != 1 && n.is_leaf()) {
+        let first = node.first as usize;
+        for (k, triangle) in items.triangles.get(first..first.checked_add(node.count as usize)?)?.iter().enumerate() {
+            let number = numbering.number(triangle)?;
+            let new = if triangle.flags & TriangleRecord::DUPLICATED == 0 {
+                if once.set(number) {
+                    return None;
+                }
+                true
+            } else {
+                list.push((number, (first + k) as u32, i as u32));
+                !several.set(number)
+            };
+            kept[(triangle.geom - numbering.low) as usize] += u32::from(new);
+        }
+    }
+
+    // No triangle is both, and the counts are those that part and tree state.
+    let apart = once.0.iter().zip(&several.0).all(|(a, b)| a & b == 0);
+    let distinct: u64 = kept.iter().map(|k| u64::from(*k)).sum();
+    let as_stated = distinct == u64::from(stated) && numbering.rows.iter().zip(&kept).all(|(r, k)| r.kept_count == *k);
+    if !apart || !as_stated || !(items.split || list.is_empty()) {
+        return None;
+    }
+    let copies = Copies::new(&list, &several)?;
+    let all_again = copies.starts.windows(2).all(|pair| pair[1] - pair[0] > 1);
+    all_again.then_some(copies)
+}
+
+/// Every triangle again, collecting what is wrong.
+fn look_closely(
+    nodes: &[Node],
+    items: Items<'_>,
+    numbering: &Numbering<'_>,
+    tiled: bool,
+    stated: u32,
+    max_issues: usize,
+) -> Report {
+    let mut out = Report::new(max_issues);
+    let (rows, low) = (numbering.rows, numbering.low);
 
     // See which numbers occur, and which occur again.
     let mut kept = vec![0u32; rows.len()];
@@ -71,7 +123,13 @@ pub fn check(nodes: &[Node], items: Items<'_>, tiled: bool, stated: u32, max_iss
 
     // Look at all copies of a triangle together.
     if items.split && copies > 0 && tiled {
-        out.append(check_copies(nodes, items, &numbering, again, copies, max_issues));
+        match list_copies(nodes, items, numbering, again, copies) {
+            Some(copies) => out.append(check_copies(nodes, items, &copies, max_issues)),
+            None => out.skip(format!(
+                "Whether the leaves of tree {} cover its triangles: there is not enough memory.",
+                items.tree
+            )),
+        }
     } else if items.split && !tiled {
         out.skip(format!("Whether the leaves of tree {} cover its triangles: they do not tile them.", items.tree));
     }
@@ -85,22 +143,59 @@ fn set(yes: bool) -> String {
 /// One copy of a repeated triangle: its number, where it stands, and the leaf that holds it there.
 type Copied = (u64, u32, u32);
 
-fn check_copies(
+/// The copies of repeated triangles, those of one triangle beside each other.
+struct Copies {
+    /// Where each triangle's copies start in `list`, and its end.
+    starts: Vec<u32>,
+    /// Where a copy stands, and its leaf.
+    list: Vec<(u32, u32)>,
+}
+
+impl Copies {
+    /// `several` holds the numbers in `list` and no others. `None` where memory is short.
+    fn new(list: &[Copied], several: &Bits) -> Option<Copies> {
+        // Sort by counting: the numbers in use, closed up, are the places to count in.
+        let ranks = several.ranks()?;
+        let rank = |number: u64| several.rank(&ranks, number) as usize;
+        let groups = several.0.iter().map(|word| u64::from(word.count_ones())).sum::<u64>() as usize;
+        let mut starts: Vec<u32> = Vec::new();
+        starts.try_reserve_exact(groups + 2).ok()?;
+        starts.resize(groups + 2, 0);
+        for (number, ..) in list {
+            starts[rank(*number) + 2] += 1;
+        }
+        for i in 2..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let mut sorted: Vec<(u32, u32)> = Vec::new();
+        sorted.try_reserve_exact(list.len()).ok()?;
+        sorted.resize(list.len(), (0, 0));
+        for (number, slot, leaf) in list {
+            let at = &mut starts[rank(*number) + 1];
+            sorted[*at as usize] = (*slot, *leaf);
+            *at += 1;
+        }
+        starts.pop();
+        let mut copies = Copies { starts, list: sorted };
+        // Leaves were listed in the order of their records, which is not quite that of their triangles.
+        for pair in copies.starts.windows(2) {
+            copies.list[pair[0] as usize..pair[1] as usize].sort_unstable();
+        }
+        Some(copies)
+    }
+}
+
+/// List the copies of triangles that stand in the tree `again`; `copies`: how many there are beyond the first ones.
+fn list_copies(
     nodes: &[Node],
     items: Items<'_>,
     numbering: &Numbering<'_>,
     again: &Bits,
     copies: usize,
-    max_issues: usize,
-) -> Report {
-    // List the copies, those of one triangle beside each other.
-    let mut out = Report::new(max_issues);
+) -> Option<Copies> {
     let mut list: Vec<Copied> = Vec::new();
     // Each further copy goes with at most one first copy.
-    if list.try_reserve(copies.saturating_mul(2)).is_err() {
-        out.skip(format!("Whether the leaves of tree {} cover its triangles: there is not enough memory.", items.tree));
-        return out;
-    }
+    list.try_reserve(copies.saturating_mul(2)).ok()?;
     for (i, node) in nodes.iter().enumerate().filter(|(i, n)| *i != 1 && n.is_leaf()) {
         let first = node.first as usize;
         let triangles = items.triangles.get(first..first.saturating_add(node.count as usize)).unwrap_or_default();
@@ -110,29 +205,26 @@ fn check_copies(
             }
         }
     }
-    list.par_sort_unstable();
+    Copies::new(&list, again)
+}
 
-    // Cut the list between triangles, into pieces of about the same length.
-    const PIECE: usize = 1 << 12;
-    let mut pieces: Vec<&[Copied]> = Vec::new();
-    let mut rest = list.as_slice();
-    while !rest.is_empty() {
-        let mut end = PIECE.min(rest.len());
-        while end < rest.len() && rest[end].0 == rest[end - 1].0 {
-            end += 1;
-        }
-        let (piece, behind) = rest.split_at(end);
-        pieces.push(piece);
-        rest = behind;
-    }
-    let parts: Vec<Report> = pieces
+/// Look at all copies of a triangle together.
+fn check_copies(nodes: &[Node], items: Items<'_>, copies: &Copies, max_issues: usize) -> Report {
+    const PIECE: usize = 1 << 10;
+    let mut out = Report::new(max_issues);
+    let groups = copies.starts.len() - 1;
+    let parts: Vec<Report> = (0..groups.div_ceil(PIECE))
         .into_par_iter()
-        .map(|piece| {
+        .map(|c| {
             let mut part = Report::new(max_issues);
             let (mut boxes, mut cover) = (Vec::<Aabb>::new(), Cover::default());
-            for group in piece.chunk_by(|a, b| a.0 == b.0) {
+            for pair in copies.starts[c * PIECE..=((c + 1) * PIECE).min(groups)].windows(2) {
+                let group = &copies.list[pair[0] as usize..pair[1] as usize];
+                if group.is_empty() {
+                    continue; // a number without a copy, which a tiled tree does not have
+                }
                 boxes.clear();
-                boxes.extend(group.iter().map(|c| nodes[c.2 as usize].bounds()));
+                boxes.extend(group.iter().map(|c| nodes[c.1 as usize].bounds()));
                 check_group(group, &boxes, &mut cover, items, &mut part);
             }
             part
@@ -142,16 +234,16 @@ fn check_copies(
     out
 }
 
-fn check_group(group: &[Copied], boxes: &[Aabb], cover: &mut Cover, items: Items<'_>, out: &mut Report) {
-    let slot = group[0].1 as usize;
+fn check_group(group: &[(u32, u32)], boxes: &[Aabb], cover: &mut Cover, items: Items<'_>, out: &mut Report) {
+    let slot = group[0].0 as usize;
     let triangle = &items.triangles[slot];
     let corners = triangle.corners().map(|p| p.map(f32::to_bits));
     let mut equal = true;
     for copy in &group[1..] {
-        let other = &items.triangles[copy.1 as usize];
+        let other = &items.triangles[copy.0 as usize];
         if other.corners().map(|p| p.map(f32::to_bits)) != corners {
             equal = false;
-            out.add(&rules::E0424, items.place(copy.1 as usize), || {
+            out.add(&rules::E0424, items.place(copy.0 as usize), || {
                 ((items.start + slot as u64).to_string(), format!("they are {}", show_corners(other)))
             });
         }
@@ -236,6 +328,24 @@ impl Bits {
         let was = *word & bit != 0;
         *word |= bit;
         was
+    }
+
+    /// For each word how many numbers are in the words before it; `None` where memory is short.
+    fn ranks(&self) -> Option<Vec<u64>> {
+        let mut ranks = Vec::new();
+        ranks.try_reserve_exact(self.0.len()).ok()?;
+        let mut sum = 0u64;
+        ranks.extend(self.0.iter().map(|word| {
+            sum += u64::from(word.count_ones());
+            sum - u64::from(word.count_ones())
+        }));
+        Some(ranks)
+    }
+
+    /// How many smaller numbers are in.
+    fn rank(&self, ranks: &[u64], n: u64) -> u64 {
+        let word = (n / 64) as usize;
+        ranks[word] + u64::from((self.0[word] & ((1u64 << (n % 64)) - 1)).count_ones())
     }
 
     #[inline]

@@ -28,7 +28,7 @@ impl TreePlace {
 pub struct Shape {
     /// Depth of the deepest leaf; `None` where part of the tree could not be reached.
     pub depth: Option<u32>,
-    /// The leaves' ranges lie within the list and tile it.
+    /// The leaves' ranges lie within the list and tile it, and every record is part of the tree.
     pub tiled: bool,
 }
 
@@ -128,6 +128,8 @@ pub fn walk(nodes: &[Node], items: u64, at: TreePlace, out: &mut Report) -> Shap
     }
     for pair in 1..parents.len() {
         if parents[pair] == NOBODY {
+            // Leaves that are not in the tree may state any range: nobody is to follow those.
+            shape.tiled = false;
             out.add(&rules::E0405, at.node(pair * 2), || ("one".into(), "none".into()));
         }
     }

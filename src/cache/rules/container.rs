@@ -105,7 +105,8 @@ rules! {
         remedy "Raise the limit if you trust the file: --max-memory 32G. Raw sections are mapped and take none.";
     E0128 "version-order", "the writer's version is older than the version it asks for",
         "minor must be at least min_minor {expected}, it is {actual}", "12-versions",
-        means "The version numbers cannot both be true.", because FOREIGN_WRITER, remedy REBUILD;
+        means "The version numbers cannot both be true, and one of them is beyond this reader: nothing behind them can be trusted to mean what it seems to.",
+        because FOREIGN_WRITER, remedy REBUILD;
     E0129 "section-too-large", "a section is larger than its type may be",
         "at most {expected}, but {actual}", "11-safety",
         means "It is refused before anything is sized by it.", because FOREIGN_WRITER, remedy REBUILD;

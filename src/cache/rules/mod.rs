@@ -85,7 +85,7 @@ impl Rule {
 
     /// Whether a file with this finding is of a kind that this version cannot read, rather than broken.
     pub fn is_unsupported(&self) -> bool {
-        ["E0103", "E0104", "E0107", "E0113", "E0114", "E0115"].contains(&self.id)
+        ["E0103", "E0104", "E0107", "E0113", "E0114", "E0115", "E0128"].contains(&self.id)
     }
 
     /// What `bvhc explain` prints.

@@ -49,6 +49,7 @@ pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
     let (infos, exit) = caches::each(&args.files, context, |path| {
         let head = caches::head(path, context)?;
         let info = FileInfo::new(&head.header, &head.sections, head.meta.as_ref().map(Into::into));
+        let info = FileInfo { meta_error: head.meta_error, ..info };
         Ok((path.to_path_buf(), info))
     });
     if terminal.json {
@@ -111,6 +112,9 @@ fn text(info: &FileInfo) -> String {
     let short =
         |s: &crate::report::info::SectionInfo| format!("{} {} {}", s.kind, figures::bytes(s.stored_len), s.codec);
     rows.push(("sections", info.sections.iter().map(short).collect::<Vec<_>>().join(" · ")));
+    if let Some(error) = &info.meta_error {
+        rows.push(("meta", format!("not read: {error}")));
+    }
     if let Some(meta) = &info.meta {
         let options = meta.options.iter().map(|o| format!("{} {}", o.name, o.value)).collect::<Vec<_>>().join(" · ");
         rows.push(("options", options));
