@@ -123,7 +123,7 @@ impl<'a> Spatial<'a> {
 impl Strategy for Spatial<'_> {
     fn split(&self, node: &NodeTask, slots: &mut [PrimRef], exec: &Executor) -> Decision {
         let (live, slack, scale) = (node.live, slots.len() - node.live, area_scale(&node.bounds));
-        let object = self.find_object(node, &slots[..live], exec);
+        let mut object = self.find_object(node, &slots[..live], exec);
         let spatial = if self.is_worth_a_try(node, object.as_ref(), slack) {
             self.find_plane(node, &slots[..live], slack, exec)
         } else {
@@ -135,7 +135,10 @@ impl Strategy for Spatial<'_> {
         // Compare the winner with a leaf.
         let weight = spatial.map_or(object_weight, |s| s.weight);
         let area = scaled_half_area(&node.bounds, scale);
-        if (live <= self.max_leaf && self.sah.prefers_leaf(live, weight, area)) || area == 0.0 || weight == 0.0 {
+        let is_leaf = |weight: f32| {
+            (live <= self.max_leaf && self.sah.prefers_leaf(live, weight, area)) || area == 0.0 || weight == 0.0
+        };
+        if is_leaf(weight) {
             return Decision::Leaf;
         }
 
@@ -146,6 +149,12 @@ impl Strategy for Spatial<'_> {
                 let left_slots = left.live + share_of(spare, &slots[..left.live], &right_refs);
                 slots[left_slots..left_slots + right.live].copy_from_slice(&right_refs);
                 return Decision::Split { left: left.child(left_slots), right: right.child(slots.len() - left_slots) };
+            }
+
+            // The plane divided nothing, and the object split goes by the places of references that stand elsewhere now.
+            object = self.find_object(node, &slots[..live], exec);
+            if object.as_ref().is_some_and(|s| is_leaf(s.weight())) {
+                return Decision::Leaf;
             }
         }
         let Some(split) = object else { return Decision::Leaf };

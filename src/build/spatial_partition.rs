@@ -32,7 +32,8 @@ impl Cutter<'_> {
     /// Partition the references `slots[..live]` into those left of the plane, at the front of the slots, and those right of it, returned; both
     /// in the old order with the straddling ones last. Together they are no more than there are slots.
     ///
-    /// `None` if the plane does not separate anything; the same references then stand in another order.
+    /// `None` if the plane does not separate anything; the same references then stand in another order, to which no split found
+    /// before applies.
     pub fn partition(&self, plane: &SpatialPlane, slots: &mut [PrimRef], live: usize) -> Option<Parts> {
         let (axis, at) = (plane.axis, plane.position);
         let mut parts =

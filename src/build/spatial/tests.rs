@@ -266,3 +266,40 @@ proptest! {
         assert_covered(&tree, &mesh);
     }
 }
+
+/// References may have boxes that their triangles miss in part: what earlier cuts on other axes left. A plane may then turn out to
+/// divide nothing, after the references were put in another order.
+#[test]
+fn children_contain_their_references_however_loose_the_boxes() {
+    let mut random = Random(11);
+    let mut divided = 0;
+    for round in 0..40_000 {
+        let mut point = || [0; 3].map(|_| (random.next() * 64.0).round());
+        let count = 2 + round % 7;
+        let triangles: Vec<[Point; 3]> = (0..count).map(|_| [point(), point(), point()]).collect();
+        let mesh = mesh(&triangles);
+        let mut slots: Vec<PrimRef> = (0..count)
+            .map(|i| {
+                let bounds = mesh.triangle_box(i).intersection(Aabb::from_points(&[point(), point()]));
+                PrimRef::new(&if bounds.is_empty() { mesh.triangle_box(i) } else { bounds }, i as u32)
+            })
+            .collect();
+        let (bounds, centroids) = crate::build::bounds_of(&slots);
+        slots.resize(2 * count, PrimRef::new(&Aabb::EMPTY, 0));
+        let options = BuildOptions { split_alpha: 0.0, unsplit: round % 2 == 0, max_leaf: 1, ..best() };
+        let node = NodeTask { bounds, centroids, live: count, depth: 0 };
+        let decision = Spatial::new(&mesh, &bounds, &options).split(&node, &mut slots, &Executor::sequential());
+        let Decision::Split { left, right } = decision else { continue };
+        divided += usize::from(left.live + right.live > count);
+        let sides = [(left, &slots[..left.live]), (right, &slots[left.slots..left.slots + right.live])];
+        let mut found = vec![false; count];
+        for (child, refs) in sides {
+            for r in refs {
+                assert!(child.bounds.contains(&r.bounds()), "round {round}: {:?} in {:?}", r.bounds(), child.bounds);
+                found[r.prim as usize] = true;
+            }
+        }
+        assert!(found.iter().all(|f| *f), "round {round}");
+    }
+    assert!(divided > 0);
+}
