@@ -179,6 +179,11 @@ fn read<T: Clone>(
 
     // Put the sparse values in their places.
     if let Some(sparse) = &accessor.sparse {
+        // More replacements than elements would cost time that nothing charges, again at each use of the accessor.
+        if sparse.count.0 > count {
+            let reason = format!("accessor {index} replaces {} elements, but has {count}", sparse.count.0);
+            return Err(SceneError::malformed(source.path, reason));
+        }
         let component = match &sparse.indices.component_type {
             Checked::Valid(c) if Shape::INDICES.components.contains(&c.0) => c.0,
             _ => {
