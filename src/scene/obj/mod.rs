@@ -30,6 +30,11 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
         Mesh { name: source.path.file_stem().unwrap_or_default().to_string_lossy().into(), ..Mesh::default() };
     let mut cut = Triangulator::default();
     for tobj::Model { mesh: model, name } in models {
+        let positions = mesh.positions.len() as u64 + model.positions.len() as u64 / 3;
+        if positions > u64::from(u32::MAX) {
+            let what = format!("its parts have {positions} positions in all, shared ones counted for each");
+            return Err(SceneError::TooMany { path: source.path.to_owned(), what, limit: u32::MAX.into() });
+        }
         let base = mesh.positions.len() as u32;
         mesh.positions.extend(model.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]] as Point));
         let first_triangle = mesh.triangles.len() as u32;
@@ -83,6 +88,14 @@ fn add_faces(
                 path: source.path.to_owned(),
                 what: format!("a face has {arity} corners"),
                 limit: polygon::MAX_CORNERS as u64,
+            });
+        }
+        if !cut.afford(arity.into()) {
+            return Err(SceneError::TooMany {
+                path: source.path.to_owned(),
+                what: "its large faces are too many to cut into triangles: their squared numbers of corners add up to more"
+                    .into(),
+                limit: polygon::MAX_LARGE_WORK,
             });
         }
         cut.add(&corners, &mesh.positions, &mut mesh.triangles);

@@ -8,6 +8,12 @@ use std::collections::HashMap;
 /// take about a second at worst.
 pub(super) const MAX_CORNERS: usize = 1 << 14;
 
+/// Faces of more corners than this are large: they share one allowance, the sum of their corners' squares. It lets a file
+/// have 65,000 faces of a thousand corners or 256 of the most, which take some three minutes at worst; without it a file
+/// of 100 MB could take half an hour.
+const LARGE: u64 = 1 << 10;
+pub(super) const MAX_LARGE_WORK: u64 = 1 << 36;
+
 /// Cuts polygons without holes, reusing its buffers. Every polygon of `n` corners gives exactly `n - 2` triangles, all with
 /// the polygon's winding and all of its corners used, so that no corner lies on a neighbour's edge unshared.
 #[derive(Default)]
@@ -15,9 +21,18 @@ pub(super) struct Triangulator {
     earcut: Earcut<f64>,
     flat: Vec<[f64; 2]>,
     ears: Vec<u32>,
+    large_work: u64,
 }
 
 impl Triangulator {
+    /// Whether the allowance for large faces still has room for one of so many corners, which it then takes.
+    pub fn afford(&mut self, corners: u64) -> bool {
+        if corners > LARGE {
+            self.large_work = self.large_work.saturating_add(corners.saturating_mul(corners));
+        }
+        self.large_work <= MAX_LARGE_WORK
+    }
+
     /// Append the triangles of one face. `corners` index `positions`; fewer than three give nothing.
     ///
     /// Concave faces are cut along diagonals inside them: by the two diagonals' signs for quadrilaterals, by ear clipping in

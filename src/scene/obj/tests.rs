@@ -279,3 +279,11 @@ fn hostile_polygons_end() {
     assert_eq!(read(polygon(&points)).meshes[0].triangles.len(), 1998);
     println!("2,000 random corners: {:?}", started.elapsed());
 }
+
+#[test]
+fn large_faces_share_an_allowance_and_small_ones_need_none() {
+    let mut cut = super::Triangulator::default();
+    assert!((0..1_000_000).all(|_| cut.afford(1000)));
+    assert!((0..256).all(|_| cut.afford(1 << 14)));
+    assert!(!cut.afford(2000));
+}
