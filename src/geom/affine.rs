@@ -103,16 +103,16 @@ impl Affine {
     }
 }
 
-/// The largest `f32` that is not above `v`.
+/// The largest `f32` that is not above `v`; zero is always positive.
 pub(crate) fn round_down(v: f64) -> f32 {
     let f = v as f32;
-    if f64::from(f) > v { f.next_down() } else { f }
+    (if f64::from(f) > v { f.next_down() } else { f }) + 0.0
 }
 
-/// The smallest `f32` that is not below `v`.
+/// The smallest `f32` that is not below `v`; zero is always positive.
 pub(crate) fn round_up(v: f64) -> f32 {
     let f = v as f32;
-    if f64::from(f) < v { f.next_up() } else { f }
+    (if f64::from(f) < v { f.next_up() } else { f }) + 0.0
 }
 
 #[cfg(test)]
@@ -147,8 +147,10 @@ mod tests {
 
     #[test]
     fn rounding_is_outward_on_both_sides_of_zero() {
-        for v in [1.0 + 1e-12, -1.0 - 1e-12, 0.1, -0.1, 0.0, 1e-50, -1e-50] {
-            assert!(f64::from(round_down(v)) <= v && v <= f64::from(round_up(v)));
+        for v in [1.0 + 1e-12, -1.0 - 1e-12, 0.1, -0.1, 0.0, -0.0, 1e-50, -1e-50] {
+            let (low, high) = (round_down(v), round_up(v));
+            assert!(f64::from(low) <= v && v <= f64::from(high));
+            assert!([low, high].iter().all(|f| f.to_bits() != (-0.0f32).to_bits()), "{v}");
         }
     }
 }
