@@ -44,15 +44,18 @@ fn samples_give_the_same_bytes_with_one_thread_and_with_two() {
 }
 
 #[test]
-#[ignore = "long: every real scene, twice by each method"]
+#[ignore = "long: every real scene, twice by each method; every corner case, twice by one"]
 fn long_real_scenes_give_the_same_bytes_with_one_thread_and_with_two() {
     let Some(folder) = models_dir() else { return };
     let mut models = Vec::new();
     models_in(&folder, &mut models);
     let mut built = 0;
     for model in &models {
-        for options in [["--method", "binned"], ["--method", "sbvh"]] {
-            built += usize::from(same_for_any_jobs(model, &options));
+        // Corner cases are hundreds of files too small for a second thread; they are here for what readers do.
+        let is_corner = model.components().any(|c| c.as_os_str().to_string_lossy().ends_with("_corner"));
+        let methods: &[&str] = if is_corner { &["binned"] } else { &["binned", "sbvh"] };
+        for method in methods {
+            built += usize::from(same_for_any_jobs(model, &["--method", method]));
         }
     }
     println!("{} models, {built} pairs of files compared", models.len());
