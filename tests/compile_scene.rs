@@ -1,7 +1,8 @@
 //! Scenes with instances: when there are two levels, what is left out, and where everything ends up in world space.
 
 use bvhc::build::{
-    BuildError, BuildOptions, Executor, Levels, Method, NoProgress, Preset, Progress, compile, primitives_to_build,
+    BuildError, BuildOptions, Executor, Levels, Method, NoProgress, Preset, Progress, bytes_to_reserve, compile,
+    primitives_to_build,
 };
 use bvhc::geom::{Aabb, Affine};
 use bvhc::scene::{Instance, Mesh, Part, Scene};
@@ -206,4 +207,15 @@ fn threads_change_nothing_in_a_two_level_scene() {
     let build = |jobs| compile(make(), &options(Levels::Auto), &Executor::new(jobs).unwrap(), &NoProgress).unwrap();
     let (one, three) = (build(1), build(3));
     assert!(one.blases == three.blases && one.tlas == three.tlas);
+}
+
+#[test]
+fn flattening_is_priced_before_it_is_done() {
+    let many = scene(vec![strip("a", 1000)], (0..1_000_000).map(|i| place(0, i, shift(f64::from(i)))).collect());
+    let [flat, apart] = [Levels::One, Levels::Two].map(|levels| bytes_to_reserve(&many, &options(levels)));
+    let (triangle, position, reference) = (16, 12, 32);
+    assert!(flat >= 1_000_000 * (1000 * (triangle + reference) + 1002 * position), "{flat}");
+    assert_eq!(apart, 1000 * reference);
+    let alone = scene(vec![strip("a", 1000)], vec![place(0, 0, Affine::IDENTITY)]);
+    assert_eq!(bytes_to_reserve(&alone, &options(Levels::One)), 1000 * reference);
 }

@@ -3,7 +3,7 @@
 use super::driver::MAX_REFS;
 use super::error::BuildError;
 use super::exec::Executor;
-use crate::geom::Affine;
+use crate::geom::{Affine, Point};
 use crate::scene::{Instance, Mesh, Part};
 
 /// Merge the instances, in order, into one mesh.
@@ -49,6 +49,13 @@ pub(super) fn bake(mut meshes: Vec<Mesh>, instances: &[Instance], exec: &Executo
             .ok_or(BuildError::OutOfRange { instance: index, mesh: instance.mesh })?;
     }
     Ok(out)
+}
+
+/// What one more instance of a mesh adds to the merged mesh.
+pub(super) fn bytes_of_copy(mesh: &Mesh) -> u64 {
+    let triangle = size_of::<[u32; 3]>() + size_of::<u32>();
+    let bytes = mesh.positions.len() * size_of::<Point>() + mesh.triangles.len() * triangle;
+    (bytes + mesh.parts.len() * size_of::<Part>()) as u64
 }
 
 const CHUNK: usize = 1 << 14;

@@ -1,10 +1,12 @@
 //! A whole scene: decide between one level and two, build every tree, and hand over what a cache file stores.
 
-use super::bake::bake;
+use super::bake::{self, bake};
 use super::error::BuildError;
 use super::exec::Executor;
-use super::options::{BuildOptions, Levels};
+use super::options::{BuildOptions, Levels, Method};
+use super::prim_ref::PrimRef;
 use super::progress::Progress;
+use super::spatial::budgeted_slots;
 use super::{build_tree, tlas};
 use crate::geom::{Aabb, Affine};
 use crate::scene::{Instance, Mesh, Part, Scene};
@@ -29,6 +31,24 @@ pub fn primitives_to_build(scene: &Scene, options: &BuildOptions) -> u64 {
             scene.meshes.iter().zip(used).filter(|(_, used)| *used).map(|(mesh, _)| triangles(mesh)).sum()
         }
     }
+}
+
+/// Bytes that [`compile`] sets aside before it builds, which nothing in the model's own size bounds: the copies that
+/// flattening makes, and the references with their duplicates. The nodes come on top, about as much again.
+pub fn bytes_to_reserve(scene: &Scene, options: &BuildOptions) -> u64 {
+    let references = |triangles: u64| match options.method {
+        Method::Binned => triangles,
+        Method::Sbvh => budgeted_slots(usize::try_from(triangles).unwrap_or(usize::MAX), options.split_budget) as u64,
+    };
+    let of_references = references(primitives_to_build(scene, options)).saturating_mul(size_of::<PrimRef>() as u64);
+    let copied = match plan(scene, options) {
+        Plan::One if scene.instances.len() > 1 => {
+            let shown = scene.instances.iter().filter_map(|i| scene.meshes.get(i.mesh as usize));
+            shown.fold(0u64, |sum, mesh| sum.saturating_add(bake::bytes_of_copy(mesh)))
+        }
+        _ => 0,
+    };
+    of_references.saturating_add(copied)
 }
 
 /// Build the scene's trees.
@@ -131,7 +151,7 @@ fn keep_visible(scene: Scene) -> Result<(Vec<Mesh>, Vec<Instance>), BuildError> 
 fn cover_with_parts(mesh: &mut Mesh) {
     if mesh.parts.is_empty() {
         let triangle_count = mesh.triangles.len() as u32;
-        let prim_count = mesh.source_prims.iter().max().map_or(triangle_count, |last| last + 1);
+        let prim_count = mesh.source_prims.iter().max().map_or(triangle_count, |last| last.saturating_add(1));
         mesh.parts.push(Part { name: mesh.name.clone(), triangle_count, prim_count, ..Part::default() });
     }
 }

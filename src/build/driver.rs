@@ -36,15 +36,7 @@ pub fn build(
     progress: &dyn Progress,
     share: u64,
 ) -> Result<Tree, BuildError> {
-    let slots = input.refs.len();
-    if slots as u64 > MAX_REFS {
-        return Err(BuildError::TooLarge {
-            what: "one tree (references)",
-            needed: slots as u64,
-            limit: MAX_REFS,
-            help: "Keep instances apart with --levels two, or allow fewer duplicates with --split-budget 1.",
-        });
-    }
+    check_slots(input.refs.len())?;
     if live == 0 {
         return Ok(Tree::default());
     }
@@ -72,6 +64,19 @@ pub fn build(
         return Err(BuildError::Cancelled);
     }
     Ok(exec.run(|| branch.assemble(exec)))
+}
+
+/// Refuse more references than a tree can have; best asked before they are made.
+pub fn check_slots(slots: usize) -> Result<(), BuildError> {
+    if slots as u64 <= MAX_REFS {
+        return Ok(());
+    }
+    Err(BuildError::TooLarge {
+        what: "one tree (references)",
+        needed: slots as u64,
+        limit: MAX_REFS,
+        help: "Keep instances apart with --levels two, or allow fewer duplicates with --split-budget 1.",
+    })
 }
 
 struct Driver<'a, S> {

@@ -32,7 +32,7 @@ mod subsets;
 pub mod tlas;
 
 pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
-pub use compile::{LaidOut, MAX_INSTANCES, compile, lay_out, primitives_to_build};
+pub use compile::{LaidOut, MAX_INSTANCES, bytes_to_reserve, compile, lay_out, primitives_to_build};
 pub use cost::Sah;
 pub use error::BuildError;
 pub use exec::Executor;
@@ -62,7 +62,9 @@ pub fn build_tree(
             driver::build(refs, count, &Binned::new(options), options.max_leaf, exec, progress, count as u64)
         }
         Method::Sbvh => {
-            let slack = budgeted_slots(count, options.split_budget) - count;
+            let slots = budgeted_slots(count, options.split_budget);
+            driver::check_slots(slots)?;
+            let slack = slots - count;
             let refs = PrimRefs::of_mesh(mesh, slack, exec);
             let strategy = Spatial::new(mesh, &refs.bounds, options);
             driver::build(refs, count, &strategy, options.max_leaf, exec, progress, count as u64)

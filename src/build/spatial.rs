@@ -44,7 +44,7 @@ pub struct Spatial<'a> {
 
 /// Slots for a mesh of so many triangles: its references and the duplicates that the budget allows.
 pub fn budgeted_slots(triangles: usize, split_budget: f32) -> usize {
-    triangles + (triangles as f64 * (f64::from(split_budget) - 1.0).max(0.0)) as usize
+    triangles.saturating_add((triangles as f64 * (f64::from(split_budget) - 1.0).max(0.0)) as usize)
 }
 
 impl<'a> Spatial<'a> {

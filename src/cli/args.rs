@@ -38,7 +38,7 @@ pub struct GlobalArgs {
     /// Read cache files into memory instead of mapping them: slower, but safe against files that others change meanwhile
     #[arg(long, global = true)]
     pub no_mmap: bool,
-    /// Refuse to hold more than this when reading a file, for example 512M or 8G
+    /// Refuse to hold more than this when reading a file, or to set aside more when building, for example 512M or 8G
     #[arg(long, global = true, value_name = "SIZE", value_parser = figures::parse_size, default_value = "8G", env = "BVHC_MAX_MEMORY")]
     pub max_memory: u64,
 }

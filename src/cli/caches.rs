@@ -3,9 +3,11 @@
 use super::Context;
 use super::exit::Exit;
 use super::failure::Failure;
-use crate::build::BuildError;
+use super::figures;
+use super::names;
+use crate::build::{self, BuildError, BuildOptions};
 use crate::cache::{Cache, CacheError, ErrorKind, Head, OpenOptions, Validation};
-use crate::scene::{self, SceneError};
+use crate::scene::{self, Scene, SceneError};
 use std::path::{Path, PathBuf};
 
 /// Open a file for walking its trees: the bytes are those that were written.
@@ -65,6 +67,22 @@ pub fn scene_failure(error: &SceneError) -> Failure {
         scene::ErrorKind::Limit => Exit::Limit,
     };
     Failure::from_message(exit, &error.to_string())
+}
+
+/// Refuse a scene whose instances or duplicates would take more than `--max-memory` when they are laid out.
+pub fn fits(model: &Path, scene: &Scene, options: &BuildOptions, context: &Context) -> Result<(), Failure> {
+    let (needed, limit) = (build::bytes_to_reserve(scene, options), context.global.max_memory);
+    if needed <= limit {
+        return Ok(());
+    }
+    Err(Failure::new(Exit::Limit, format!("cannot lay out {}", names::path(model)))
+        .fact(format!(
+            "{} triangles need {}",
+            figures::count(build::primitives_to_build(scene, options)),
+            figures::bytes(needed)
+        ))
+        .fact(format!("the limit is {}", figures::bytes(limit)))
+        .help("raise it with --max-memory, keep instances apart with --levels two, or lower --split-budget"))
 }
 
 pub fn build_failure(error: &BuildError) -> Failure {

@@ -135,6 +135,8 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
     let (read, build) = recorded(meta.as_ref());
     let read = ReadOptions { allow_outside: args.allow_outside, max_memory: context.global.max_memory, ..read };
     let scene = scene::read(model, &read).map_err(|e| caches::scene_failure(&e))?;
+    // Laying out makes no duplicates.
+    caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
     let inputs = scene.inputs.clone();
     let exec = Executor::new(context.global.jobs).map_err(|e| caches::build_failure(&e))?;
     let laid = build::lay_out(scene, &build, &exec).map_err(|e| caches::build_failure(&e))?;

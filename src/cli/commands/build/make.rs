@@ -48,6 +48,7 @@ impl Workshop<'_> {
             self.context.terminal.warn(&format!("{}: left out {dropped}", names::path(&job.input)));
         }
 
+        caches::fits(&job.input, &scene, &self.build, self.context)?;
         bar.phase("building", build::primitives_to_build(&scene, &self.build));
         let accel = build::compile(scene, &self.build, &self.exec, &bar).map_err(|e| caches::build_failure(&e))?;
         let image = Image::new(&accel);
