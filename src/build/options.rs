@@ -94,7 +94,7 @@ impl BuildOptions {
             Preset::Balanced => {
                 BuildOptions { bins: 32, spatial_bins: 16, split_alpha: 3e-4, split_budget: 1.25, ..best }
             }
-            Preset::Draft => BuildOptions { method: Method::Binned, ..best },
+            Preset::Draft => BuildOptions { method: Method::Binned, bins: 32, ..best },
         }
     }
 }
