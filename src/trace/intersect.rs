@@ -10,6 +10,7 @@
 //! edge than about 2⁻⁵⁰ of the coordinates in play. `f32` alone would move edges by 2⁻²² of the distance, enough to hand a hit to
 //! a neighbour whose box the ray misses.
 
+use super::lanes::{self, Lanes};
 use crate::cache::TriangleRecord;
 
 /// A ray made ready for triangle tests. The axis of the direction's largest component is a constant of the test functions; this
@@ -20,10 +21,10 @@ pub(super) struct EdgeRay {
     origin: [f64; 3],
     direction: [f64; 3],
     /// The origin and the two shears rounded to `f32`.
-    filter_origin: [f32; 3],
-    shear: [f32; 2],
+    filter_origin: Lanes,
+    shear: [Lanes; 2],
     /// What rounding the origin moved it by, times 3.
-    slack: f32,
+    slack: Lanes,
 }
 
 /// A hit as the test finds it.
@@ -56,9 +57,9 @@ impl EdgeRay {
             dominant,
             origin,
             direction,
-            filter_origin,
-            shear: [kx, ky].map(|k| (direction[k] / direction[dominant]) as f32),
-            slack: crate::geom::round_up(3.0 * moved),
+            filter_origin: lanes::of([filter_origin[0], filter_origin[1], filter_origin[2], 0.0]),
+            shear: [kx, ky].map(|k| lanes::splat((direction[k] / direction[dominant]) as f32)),
+            slack: lanes::splat(crate::geom::round_up(3.0 * moved)),
         }
     }
 
@@ -69,27 +70,28 @@ impl EdgeRay {
     /// 2.1·moved` with `r = |A_x| + |A_y|`. An edge function `C_x·B_y − C_y·B_x` is therefore off by at most `g_C·e_B + g_B·e_C`, where
     /// `e = 8u(r + |a_z|) + 3·moved` covers the error of a corner and its share `u·r` of the edge function's own roundings, and `g = r + e`. The
     /// constant 2⁻¹²⁰ stands for underflow; overflow makes comparisons false.
+    ///
+    /// The lanes are the three corners, and the third once more.
     #[inline(always)]
     pub fn surely_misses<const AXIS: usize>(&self, triangle: &TriangleRecord) -> bool {
         let (kx, ky) = others(AXIS);
-        let o = &self.filter_origin;
-        let [sx, sy] = self.shear;
-        let corner = |p: &[f32; 3]| {
-            let z = p[AXIS] - o[AXIS];
-            let x = (p[kx] - o[kx]) - sx * z;
-            let y = (p[ky] - o[ky]) - sy * z;
-            let reach = x.abs() + y.abs();
-            let error = (reach + z.abs()) * (4.0 * f32::EPSILON) + self.slack;
-            (x, y, reach + error, error)
-        };
-        let [a, b, c] = [corner(&triangle.v0), corner(&triangle.v1), corner(&triangle.v2)];
-        let edge = |p: (f32, f32, f32, f32), q: (f32, f32, f32, f32)| {
-            let bound = p.2 * q.3 + q.2 * p.3 + UNDERFLOW;
-            let side = p.0 * q.1 - p.1 * q.0;
-            (side > bound, side < -bound)
-        };
-        let [u, v, w] = [edge(c, b), edge(a, c), edge(b, a)];
-        (u.0 | v.0 | w.0) & (u.1 | v.1 | w.1)
+        let rows: [[f32; 4]; 3] = bytemuck::cast(*triangle);
+        let [a, b, c] = rows.map(|row| lanes::sub(lanes::of(row), self.filter_origin));
+        let corners = lanes::axes_of_three(a, b, c);
+        let z = corners[AXIS];
+        let x = lanes::sub(corners[kx], lanes::mul(self.shear[0], z));
+        let y = lanes::sub(corners[ky], lanes::mul(self.shear[1], z));
+        let reach = lanes::add(lanes::abs(x), lanes::abs(y));
+        let relative = lanes::mul(lanes::add(reach, lanes::abs(z)), lanes::splat(4.0 * f32::EPSILON));
+        let error = lanes::add(relative, self.slack);
+        let reach = lanes::add(reach, error);
+
+        // The edge functions of each corner and the one before it.
+        let [qx, qy, q_reach, q_error] = [x, y, reach, error].map(lanes::previous);
+        let bound = lanes::add(lanes::mul(reach, q_error), lanes::mul(q_reach, error));
+        let bound = lanes::add(bound, lanes::splat(UNDERFLOW));
+        let side = lanes::sub(lanes::mul(x, qy), lanes::mul(y, qx));
+        lanes::less(bound, side) != 0 && lanes::less(side, lanes::negated(bound)) != 0
     }
 
     /// Where the ray's line crosses the triangle, edges and corners included. A triangle seen edge-on has no crossing.

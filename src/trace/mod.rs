@@ -33,6 +33,7 @@ mod cached;
 pub mod compare;
 mod hit;
 mod intersect;
+mod lanes;
 mod observe;
 pub mod rays;
 mod slab;

@@ -1,61 +1,62 @@
 //! The box test: slabs that never reject a box which the exact ray meets.
 //!
-//! Write `u = 2⁻²⁴`. Each slab distance `(plane − origin) · inverse` suffers three relative errors of at most `u`, so a computed entry
-//! may exceed a computed exit by a factor `(1 + u)³ / (1 − u)³ < 1 + 7u`; the exit is therefore widened by `8u` of itself (Ize, "Robust BVH
-//! Ray Traversal", 2013). What is not relative is put into the origin: each axis has two of them, moved apart so that the box
-//! looks larger, by
+//! Write `u = 2⁻²⁴`. Each slab distance `(plane − origin) · inverse` suffers three relative errors of at most `u`, so a computed entry may
+//! exceed a computed exit by a factor `(1 + u)³ / (1 − u)³ < 1 + 7u`; the reciprocal that exits are computed with is therefore larger by
+//! `10u`, one of which covers its own rounding (Ize, "Robust BVH Ray Traversal", 2013, does the same). That lengthens distances ahead of the origin;
+//! for a ray that starts behind its origin the far side is moved away by `32u` of the way it goes back. What is not relative is put
+//! into the origin: each axis has two of them, moved apart so that the box looks larger, by
 //! - the rounding of a mapped ray's `f64` origin to `f32`,
 //! - `2⁻⁴⁸` of the largest coordinate in play: sixteen times what the triangle test's `f64` arithmetic may be off,
 //! - `2⁻¹⁴⁶·|direction|` and at least `2⁻¹⁰⁰`: products that underflow.
 //!
 //! For all but the tiniest coordinates these moves come to one unit in the last place of the origin.
 
+use super::lanes::{self, Lanes};
 use crate::geom::{Aabb, round_down, round_up};
 use crate::tree::Node;
 
-/// `8u`: how much of itself the exit distance is widened by.
-const WIDEN: f32 = 8.0 * (f32::EPSILON / 2.0);
+/// `9u`, rounded up to what `1 + WIDEN` can hold: how much of itself the exit distance is widened by.
+const WIDEN: f32 = 10.0 * (f32::EPSILON / 2.0);
 
-/// A ray made ready for box tests.
+/// A ray made ready for box tests, two boxes `a` and `b` at once.
+///
+/// Everything stands in the lanes `enter a, enter b, leave a, leave b`, one register an axis. What belongs to leaving is negated, so that
+/// the latest entry and the earliest exit are both a maximum.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slabs {
-    /// Per axis the origin that makes the entry distance smallest, and the one that makes the exit distance largest.
-    near_origin: [f32; 4],
-    far_origin: [f32; 4],
+    /// The origin that makes the entry distance smallest, and the one that makes the exit distance largest.
+    origins: [Lanes; 3],
     /// `1 / direction`. Infinite where the ray is parallel to the slab: then an origin inside gives −∞ and +∞, one on a face gives
-    /// NaN, which the comparisons below ignore. NaN where the reciprocal is not a normal number: the axis is not used.
-    inverse: [f32; 4],
-    /// All ones where the box's minimum is entered first, and where its maximum is; the fourth lane, which the node uses for something
-    /// else, in neither.
-    enters_low: [u32; 4],
-    enters_high: [u32; 4],
+    /// NaN, which the maximum ignores. NaN where the reciprocal is not a normal number: the axis is not used.
+    inverses: [Lanes; 3],
+    /// By axis, all ones where a box's maximum is entered first.
+    enters_high: Lanes,
     t_min: f32,
 }
 
 impl Slabs {
     /// `bounds` contains everything that will be tested.
     pub fn new(origin: [f64; 3], direction: [f64; 3], bounds: &Aabb, t_min: f32) -> Slabs {
-        let largest = |values: &[f64]| values.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-        let planes: [f64; 6] =
-            std::array::from_fn(|i| f64::from(if i < 3 { bounds.min[i] } else { bounds.max[i - 3] }));
-        let arithmetic = 2f64.powi(-48) * (largest(&planes) + largest(&origin));
-        let mut slabs = Slabs {
-            near_origin: [0.0; 4],
-            far_origin: [0.0; 4],
-            inverse: [0.0; 4],
-            enters_low: [0; 4],
-            enters_high: [0; 4],
-            t_min,
-        };
+        let larger = |m: f32, v: f32| if v.abs() > m { v.abs() } else { m };
+        let plane = bounds.min.into_iter().chain(bounds.max).fold(0.0, larger);
+        let coordinate = origin.into_iter().fold(0.0f64, |m, v| if v.abs() > m { v.abs() } else { m });
+        let back = f64::from(-t_min.min(0.0)) * (32.0 * f64::from(f32::EPSILON / 2.0));
+        let arithmetic = TWO_TO_MINUS_48 * (f64::from(plane) + coordinate);
+        let (mut near, mut far, mut inverses) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        let mut enters_high = [0.0; 4];
         for axis in 0..3 {
             let (o, d) = (origin[axis], direction[axis]);
-            let pad = arithmetic.max(d.abs() * 2f64.powi(-146)).max(2f64.powi(-100));
-            let (low, high) = (round_down(o - pad), round_up(o + pad));
+            let pad = arithmetic.max(d.abs() * TWO_TO_MINUS_146).max(TWO_TO_MINUS_100);
+            let (near_pad, far_pad) = (pad, pad.max(pad + d.abs() * back));
             let flipped = d < 0.0;
-            (slabs.enters_low[axis], slabs.enters_high[axis]) = if flipped { (0, u32::MAX) } else { (u32::MAX, 0) };
-            (slabs.near_origin[axis], slabs.far_origin[axis]) = if flipped { (low, high) } else { (high, low) };
+            (near[axis], far[axis]) = if flipped {
+                (round_down(o - near_pad), round_up(o + far_pad))
+            } else {
+                (round_up(o + near_pad), round_down(o - far_pad))
+            };
+            enters_high[axis] = f32::from_bits(if flipped { u32::MAX } else { 0 });
             let inverse = (1.0 / d) as f32;
-            slabs.inverse[axis] = if d == 0.0 {
+            inverses[axis] = if d == 0.0 {
                 f32::INFINITY
             } else if inverse.is_normal() {
                 inverse
@@ -63,44 +64,46 @@ impl Slabs {
                 f32::NAN
             };
         }
-        slabs
+        Slabs {
+            origins: [0, 1, 2].map(|a| lanes::of([near[a], near[a], far[a], far[a]])),
+            inverses: inverses.map(|i| {
+                let leaving = -i * (1.0 + WIDEN);
+                lanes::of([i, i, leaving, leaving])
+            }),
+            enters_high: lanes::of(enters_high),
+            t_min,
+        }
     }
 
-    /// Entry distances of two boxes, and whether the ray meets them between `t_min` and `limit`.
+    /// What [`Slabs::pair`] takes as the part of the ray that counts: from its start to `limit`.
     #[inline(always)]
-    pub fn pair(&self, nodes: &[Node; 2], limit: f32) -> ([f32; 2], [bool; 2]) {
-        #[cfg(target_arch = "x86_64")]
-        {
-            sse2::pair(self, nodes, limit)
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        {
-            self.pair_plain(nodes, limit)
-        }
+    pub fn reach(&self, limit: f32) -> Lanes {
+        let limit = -widened(limit);
+        lanes::of([self.t_min, self.t_min, limit, limit])
     }
 
-    /// What [`Slabs::pair`] computes, bit for bit, on any machine.
-    #[cfg(any(test, not(target_arch = "x86_64")))]
-    pub fn pair_plain(&self, nodes: &[Node; 2], limit: f32) -> ([f32; 2], [bool; 2]) {
-        let [a, b] = [self.one(&nodes[0], limit), self.one(&nodes[1], limit)];
-        ([a.0, b.0], [a.1, b.1])
+    /// Entry distances of two boxes, and a bit for each that the ray meets: bit 0 for the first, bit 1 for the second.
+    #[inline(always)]
+    pub fn pair(&self, nodes: &[Node; 2], reach: Lanes) -> ([f32; 2], u32) {
+        // Exchange the planes of the axes that the ray follows downward. The fourth lanes, integers, are left behind.
+        let sorted = |node: &Node| {
+            let [min, max]: [Lanes; 2] = bytemuck::cast::<Node, [[f32; 4]; 2]>(*node).map(lanes::of);
+            let other = lanes::and(lanes::xor(min, max), self.enters_high);
+            (lanes::xor(min, other), lanes::xor(max, other))
+        };
+        let ((enter_a, leave_a), (enter_b, leave_b)) = (sorted(&nodes[0]), sorted(&nodes[1]));
+        let [x, y, z] = lanes::axes_of_four(enter_a, enter_b, leave_a, leave_b);
+        let along =
+            |planes: Lanes, axis: usize| lanes::mul(lanes::sub(planes, self.origins[axis]), self.inverses[axis]);
+        let latest = lanes::max(along(z, 2), lanes::max(along(y, 1), lanes::max(along(x, 0), reach)));
+        let leave = lanes::negated(lanes::upper(latest));
+        let [a, b, ..] = lanes::array(latest);
+        ([a, b], lanes::less_or_equal(latest, leave) & 0b11)
     }
 
-    #[inline]
-    pub fn one(&self, node: &Node, limit: f32) -> (f32, bool) {
-        let (mut near, mut far) = (self.t_min, limit);
-        for axis in 0..3 {
-            let (enter, leave) = if self.enters_high[axis] != 0 {
-                (node.max[axis], node.min[axis])
-            } else {
-                (node.min[axis], node.max[axis])
-            };
-            let t_enter = (enter - self.near_origin[axis]) * self.inverse[axis];
-            let t_leave = (leave - self.far_origin[axis]) * self.inverse[axis];
-            near = if t_enter > near { t_enter } else { near };
-            far = if t_leave < far { t_leave } else { far };
-        }
-        (near, near <= widened(far))
+    /// Whether the ray meets a box before `limit`.
+    pub fn meets(&self, node: &Node, limit: f32) -> bool {
+        self.pair(&[*node, *node], self.reach(limit)).1 != 0
     }
 }
 
@@ -110,47 +113,13 @@ pub(super) fn widened(t: f32) -> f32 {
     t + t.abs() * WIDEN
 }
 
-/// Two boxes at once in SSE2 registers, which every x86-64 processor has.
-#[cfg(target_arch = "x86_64")]
-mod sse2 {
-    use super::{Node, Slabs, WIDEN};
-    use std::arch::x86_64::*;
-
-    #[inline(always)]
-    #[allow(unsafe_code)]
-    pub fn pair(slabs: &Slabs, nodes: &[Node; 2], limit: f32) -> ([f32; 2], [bool; 2]) {
-        // SAFETY: SSE2 is part of the x86-64 baseline, so the processor has it; the function takes and returns plain values
-        // and references and is unsafe to call for no other reason.
-        unsafe { pair_sse2(slabs, nodes, limit) }
-    }
-
-    #[inline]
-    #[target_feature(enable = "sse2")]
-    fn pair_sse2(slabs: &Slabs, nodes: &[Node; 2], limit: f32) -> ([f32; 2], [bool; 2]) {
-        let load = |v: [f32; 4]| _mm_set_ps(v[3], v[2], v[1], v[0]);
-        let mask = |v: [u32; 4]| load(v.map(f32::from_bits));
-        let (low, high) = (mask(slabs.enters_low), mask(slabs.enters_high));
-        let (near_origin, far_origin, inverse) = (load(slabs.near_origin), load(slabs.far_origin), load(slabs.inverse));
-        let distances = |node: &Node| {
-            let [min, max]: [[f32; 4]; 2] = bytemuck::cast(*node);
-            let (min, max) = (load(min), load(max));
-            let enter = _mm_or_ps(_mm_and_ps(min, low), _mm_and_ps(max, high));
-            let leave = _mm_or_ps(_mm_and_ps(max, low), _mm_and_ps(min, high));
-            (_mm_mul_ps(_mm_sub_ps(enter, near_origin), inverse), _mm_mul_ps(_mm_sub_ps(leave, far_origin), inverse))
-        };
-        let (a, b) = (distances(&nodes[0]), distances(&nodes[1]));
-
-        // Lanes: a.x b.x a.y b.y, then a.z b.z. A comparison with NaN keeps the second operand, which never is one.
-        let enter = _mm_max_ps(_mm_unpacklo_ps(a.0, b.0), _mm_set1_ps(slabs.t_min));
-        let near = _mm_max_ps(_mm_unpackhi_ps(a.0, b.0), _mm_max_ps(_mm_movehl_ps(enter, enter), enter));
-        let leave = _mm_min_ps(_mm_unpacklo_ps(a.1, b.1), _mm_set1_ps(limit));
-        let far = _mm_min_ps(_mm_unpackhi_ps(a.1, b.1), _mm_min_ps(_mm_movehl_ps(leave, leave), leave));
-        let size = _mm_and_ps(far, _mm_set1_ps(f32::from_bits(0x7FFF_FFFF)));
-        let widened = _mm_add_ps(far, _mm_mul_ps(size, _mm_set1_ps(WIDEN)));
-        let hit = _mm_movemask_ps(_mm_cmple_ps(near, widened));
-        ([_mm_cvtss_f32(near), _mm_cvtss_f32(_mm_shuffle_ps::<1>(near, near))], [hit & 1 != 0, hit & 2 != 0])
-    }
+const fn power_of_two(exponent: i32) -> f64 {
+    f64::from_bits(((1023 + exponent) as u64) << 52)
 }
+
+const TWO_TO_MINUS_48: f64 = power_of_two(-48);
+const TWO_TO_MINUS_100: f64 = power_of_two(-100);
+const TWO_TO_MINUS_146: f64 = power_of_two(-146);
 
 #[cfg(test)]
 mod tests {
@@ -175,6 +144,22 @@ mod tests {
         Node::leaf(Aabb::from_points(&points), random.bits() as u32, random.bits() as u32)
     }
 
+    /// The test of one box as the head of this file has it, an axis after the other.
+    fn plain(slabs: &Slabs, node: &Node, limit: f32) -> (f32, bool) {
+        let (mut near, mut far) = (slabs.t_min, widened(limit));
+        for axis in 0..3 {
+            let high = lanes::array(slabs.enters_high)[axis].to_bits() != 0;
+            let (low, top) = (node.min[axis], node.max[axis]);
+            let (enter, leave) = if high { (top, low) } else { (low, top) };
+            let ([near_origin, _, far_origin, _], [inverse, _, leaving, _]) =
+                (lanes::array(slabs.origins[axis]), lanes::array(slabs.inverses[axis]));
+            let (t_enter, t_leave) = ((enter - near_origin) * inverse, (leave - far_origin) * -leaving);
+            near = if t_enter > near { t_enter } else { near };
+            far = if t_leave < far { t_leave } else { far };
+        }
+        (near, near <= far)
+    }
+
     #[test]
     fn the_vector_form_gives_the_bits_of_the_plain_one() {
         let mut random = Random::new(1);
@@ -183,11 +168,12 @@ mod tests {
             let [origin, direction] = [0; 2].map(|_| [0; 3].map(|_| f64::from(special(&mut random))));
             let slabs = Slabs::new(origin, direction, &nodes[0].bounds(), special(&mut random));
             let limit = [special(&mut random), 1e38, 2.0][random.below(3) as usize];
-            let ((near, hit), (near_plain, hit_plain)) = (slabs.pair(&nodes, limit), slabs.pair_plain(&nodes, limit));
-            assert_eq!(hit, hit_plain, "{slabs:?} {nodes:?} {limit}");
+            let (near, hits) = slabs.pair(&nodes, slabs.reach(limit));
             for i in 0..2 {
+                let (near_plain, hit_plain) = plain(&slabs, &nodes[i], limit);
+                assert_eq!(hits & 1 << i != 0, hit_plain, "{slabs:?} {nodes:?} {limit}");
                 // Which zero a maximum of two zeros is depends on the order of the operands, and matters to no comparison.
-                assert!(!hit[i] || near[i] == near_plain[i], "{slabs:?} {nodes:?} {limit}");
+                assert!(!hit_plain || near[i] == near_plain, "{slabs:?} {nodes:?} {limit}");
             }
         }
     }
@@ -207,8 +193,22 @@ mod tests {
             let direction = [0, 1, 2].map(|a| f64::from(target[a]) - f64::from(origin[a]));
             let bounds = node.bounds().grow(target);
             let slabs = Slabs::new(origin.map(f64::from), direction, &bounds, 0.0);
-            assert!(slabs.one(&node, 1.0).1, "{origin:?} to {target:?} in {node:?}");
-            assert!(slabs.pair(&[node, node], 1.0).1 == [true, true]);
+            assert!(slabs.meets(&node, 1.0), "{origin:?} to {target:?} in {node:?}");
+            assert_eq!(slabs.pair(&[node, node], slabs.reach(1.0)).1, 0b11);
+        }
+    }
+
+    #[test]
+    fn a_ray_that_starts_behind_its_origin_meets_what_lies_there() {
+        let mut random = Random::new(4);
+        for _ in 0..200_000 {
+            let node = some_box(&mut random);
+            let origin = [0; 3].map(|_| special(&mut random));
+            let target = [0, 1, 2].map(|a| [node.min[a], node.max[a]][random.below(2) as usize]);
+            let direction = [0, 1, 2].map(|a| f64::from(origin[a]) - f64::from(target[a]));
+            let slabs = Slabs::new(origin.map(f64::from), direction, &node.bounds(), -1.0);
+            assert!(slabs.meets(&node, -1.0), "{origin:?} back to {target:?} in {node:?}");
+            assert!(slabs.meets(&node, 1.0));
         }
     }
 
@@ -218,7 +218,7 @@ mod tests {
         for zero in [0.0, -0.0] {
             for (x, meets) in [(0.0, true), (1.0, true), (0.5, true), (-1e-3, false), (1.0 + 1e-6, false)] {
                 let slabs = Slabs::new([x, 0.0, 0.0], [zero, zero, 1.0], &node.bounds(), 0.0);
-                assert_eq!(slabs.one(&node, f32::MAX / 4.0).1, meets, "x = {x}, zero = {zero}");
+                assert_eq!(slabs.meets(&node, f32::MAX / 4.0), meets, "x = {x}, zero = {zero}");
             }
         }
     }

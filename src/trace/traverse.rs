@@ -58,23 +58,30 @@ fn trace<const ANY: bool>(view: &View<'_>, ray: &Ray, observer: &mut impl Observ
     } else {
         let slabs = Slabs::new(origin, direction, &view.tlas_nodes[0].bounds(), ray.t_min);
         let mut top_stack = Stack::new();
-        let instances = view.instances.len();
-        walk(view.tlas_nodes, instances, &slabs, &mut best, &mut top_stack, observer, |range, best, observer| {
-            for index in range {
-                let instance = &view.instances[index];
-                let blas = view
-                    .blas(instance.blas as usize)
-                    .ok_or(Malformed::BlasOutOfRange { instance: index, blas: instance.blas })?;
-                let first_triangle = view.blases[instance.blas as usize].ref_offset as usize;
-                let (origin, direction) = to_object(instance, origin, direction);
-                let tree = Bottom { blas, first_triangle, instance: Some(instance.id) };
-                observer.instance();
-                if tree.trace::<ANY>(origin, direction, ray.t_min, best, &mut stack, observer)? {
-                    return Ok(true);
+        walk(
+            view.tlas_nodes,
+            view.instances,
+            &slabs,
+            &mut best,
+            &mut top_stack,
+            observer,
+            |start, some, best, observer| {
+                for (i, instance) in some.iter().enumerate() {
+                    let index = start + i;
+                    let blas = view
+                        .blas(instance.blas as usize)
+                        .ok_or(Malformed::BlasOutOfRange { instance: index, blas: instance.blas })?;
+                    let first_triangle = view.blases[instance.blas as usize].ref_offset as usize;
+                    let (origin, direction) = to_object(instance, origin, direction);
+                    let tree = Bottom { blas, first_triangle, instance: Some(instance.id) };
+                    observer.instance();
+                    if tree.trace::<ANY>(origin, direction, ray.t_min, best, &mut stack, observer)? {
+                        return Ok(true);
+                    }
                 }
-            }
-            Ok(false)
-        })?;
+                Ok(false)
+            },
+        )?;
     }
     Ok(best.hit)
 }
@@ -125,10 +132,8 @@ impl Bottom<'_> {
         observer: &mut impl Observer,
     ) -> Result<bool, Malformed> {
         let t_min = f64::from(t_min);
-        let refs = self.blas.triangles.len();
-        walk(self.blas.nodes, refs, slabs, best, stack, observer, |range, best, observer| {
-            let start = range.start;
-            for (i, triangle) in self.blas.triangles[range].iter().enumerate() {
+        walk(self.blas.nodes, self.blas.triangles, slabs, best, stack, observer, |start, triangles, best, observer| {
+            for (i, triangle) in triangles.iter().enumerate() {
                 observer.triangle();
                 if edges.surely_misses::<AXIS>(triangle) {
                     continue;
@@ -160,93 +165,135 @@ impl Bottom<'_> {
     }
 }
 
-/// A node put off: its entry distance and what it holds.
+/// A node put off: its entry distance and its record.
 #[derive(Clone, Copy)]
 struct Pending {
     near: f32,
-    first: u32,
-    count: u32,
+    node: u32,
 }
 
 /// One far child a level, and no leaf lies deeper than [`MAX_DEPTH`].
 struct Stack {
-    entries: [Pending; MAX_DEPTH as usize],
+    entries: [Pending; STACK],
 }
 
+const STACK: usize = MAX_DEPTH as usize;
+
 impl Stack {
+    #[inline(always)]
     fn new() -> Stack {
-        Stack { entries: [Pending { near: 0.0, first: 0, count: 0 }; MAX_DEPTH as usize] }
+        Stack { entries: [Pending { near: 0.0, node: 0 }; STACK] }
     }
 }
 
 /// Visit the leaves that the ray meets, near child first, until `leaf` says that it is enough.
 ///
-/// `leaf` gets a range that lies within `refs`. The walk ends on every input: a tree enters each pair of siblings at most once, so more
-/// entries than pairs betray a record with two parents or a cycle.
+/// `leaf` gets the number of its first item and its items. The walk ends on every input: a tree enters each pair of siblings at most
+/// once, so more entries than pairs betray a record with two parents or a cycle.
 #[inline(always)]
-fn walk<O: Observer>(
+fn walk<T, O: Observer>(
     nodes: &[Node],
-    refs: usize,
+    items: &[T],
     slabs: &Slabs,
     best: &mut Best,
     stack: &mut Stack,
     observer: &mut O,
-    mut leaf: impl FnMut(std::ops::Range<usize>, &mut Best, &mut O) -> Result<bool, Malformed>,
+    mut leaf: impl FnMut(usize, &[T], &mut Best, &mut O) -> Result<bool, Malformed>,
 ) -> Result<bool, Malformed> {
     let Some(root) = nodes.first() else { return Ok(false) };
-    let (near, hit) = slabs.one(root, best.limit);
-    if !hit {
+    if !slabs.meets(root, best.limit) {
         return Ok(false);
     }
-    let mut at = Pending { near, first: root.first, count: root.count };
+    let (mut reach, mut farthest) = (slabs.reach(best.limit), widened(best.limit));
+    let (mut first, mut count) = (root.first, root.count);
     let mut depth = 0;
     let mut pairs_left = nodes.len() / 2;
     loop {
-        if at.count == 0 {
+        if count == 0 {
             // Enter an inner node: test both children, go on with the nearer and put the other off.
             observer.inner_node();
-            let pair = nodes.get(at.first as usize..).and_then(|n| n.first_chunk::<2>());
-            let pair = pair.ok_or(Malformed::ChildOutOfRange { first: at.first, nodes: nodes.len() })?;
-            pairs_left = pairs_left.checked_sub(1).ok_or(Malformed::NotATree { nodes: nodes.len() })?;
-            let (near, hit) = slabs.pair(pair, best.limit);
-            let child = |i: usize| Pending { near: near[i], first: pair[i].first, count: pair[i].count };
-            match hit {
-                [true, true] => {
-                    let second_first = near[1] < near[0];
-                    let (now, later) = if second_first { (child(1), child(0)) } else { (child(0), child(1)) };
-                    *stack.entries.get_mut(depth).ok_or(Malformed::TooDeep)? = later;
-                    depth += 1;
-                    at = now;
-                    continue;
+            let Some(pair) = nodes.get(first as usize..).and_then(|n| n.first_chunk::<2>()) else {
+                return child_out_of_range(first, nodes.len());
+            };
+            if pairs_left == 0 {
+                return not_a_tree(nodes.len());
+            }
+            pairs_left -= 1;
+            let (near, hits) = slabs.pair(pair, reach);
+            if hits == 0b11 {
+                if depth >= STACK {
+                    return too_deep();
                 }
-                [true, false] => {
-                    at = child(0);
-                    continue;
+                if near[1] < near[0] {
+                    keep_branch();
+                    stack.entries[depth] = Pending { near: near[0], node: first };
+                    (first, count) = (pair[1].first, pair[1].count);
+                } else {
+                    stack.entries[depth] = Pending { near: near[1], node: first + 1 };
+                    (first, count) = (pair[0].first, pair[0].count);
                 }
-                [false, true] => {
-                    at = child(1);
-                    continue;
-                }
-                [false, false] => {}
+                depth += 1;
+                continue;
+            } else if hits == 0b01 {
+                (first, count) = (pair[0].first, pair[0].count);
+                continue;
+            } else if hits != 0 {
+                keep_branch();
+                (first, count) = (pair[1].first, pair[1].count);
+                continue;
             }
         } else {
-            let out_of_range = Malformed::LeafOutOfRange { first: at.first, count: at.count, refs };
-            let start = at.first as usize;
-            let end = start.checked_add(at.count as usize).filter(|&end| at.count <= MAX_LEAF && end <= refs);
-            if leaf(start..end.ok_or(out_of_range)?, best, observer)? {
+            let slots = items.get(first as usize..).and_then(|i| i.get(..count as usize));
+            let Some(slots) = slots.filter(|_| count <= MAX_LEAF) else {
+                return leaf_out_of_range(first, count, items.len());
+            };
+            if leaf(first as usize, slots, best, observer)? {
                 return Ok(true);
             }
+            (reach, farthest) = (slabs.reach(best.limit), widened(best.limit));
         }
 
-        // Take up the next node that is not behind the best hit.
+        // Take up the next node that is not behind the best hit. No depth is beyond the stack, which the remainder tells the compiler.
         loop {
-            let Some(next) = depth.checked_sub(1) else { return Ok(false) };
-            depth = next;
-            let Some(pending) = stack.entries.get(next) else { return Err(Malformed::TooDeep) };
-            if pending.near <= widened(best.limit) {
-                at = *pending;
+            if depth == 0 {
+                return Ok(false);
+            }
+            depth -= 1;
+            let pending = stack.entries[depth % STACK];
+            if pending.near <= farthest {
+                let Some(node) = nodes.get(pending.node as usize) else {
+                    return child_out_of_range(pending.node, nodes.len());
+                };
+                (first, count) = (node.first, node.count);
                 break;
             }
         }
     }
+}
+
+/// Keep the compiler from turning the branch that this stands in into a choice of values. Processors guess branches and
+/// load the next pair while the test still runs; a choice waits for it.
+#[inline(always)]
+fn keep_branch() {
+    std::sync::atomic::compiler_fence(std::sync::atomic::Ordering::SeqCst);
+}
+
+#[cold]
+fn child_out_of_range(first: u32, nodes: usize) -> Result<bool, Malformed> {
+    Err(Malformed::ChildOutOfRange { first, nodes })
+}
+
+#[cold]
+fn leaf_out_of_range(first: u32, count: u32, refs: usize) -> Result<bool, Malformed> {
+    Err(Malformed::LeafOutOfRange { first, count, refs })
+}
+
+#[cold]
+fn not_a_tree(nodes: usize) -> Result<bool, Malformed> {
+    Err(Malformed::NotATree { nodes })
+}
+
+#[cold]
+fn too_deep() -> Result<bool, Malformed> {
+    Err(Malformed::TooDeep)
 }
