@@ -57,17 +57,21 @@ pub enum RaySet {
     EdgeMidpoints,
     /// From a point of a triangle in a cosine-weighted direction, `t_min` = 0: the origin lies within rounding of the surface.
     Surface,
+    /// The same rays starting at 10⁻⁴ of the diagonal, as a renderer's bounces do: past their own triangle, so that what lies
+    /// behind it is judged.
+    Bounce,
     /// From a point of a triangle, as far as 10 % of the diagonal, starting at 10⁻⁴ of it.
     Occlusion,
 }
 
 impl RaySet {
-    pub const ALL: [RaySet; 6] = [
+    pub const ALL: [RaySet; 7] = [
         RaySet::Chords,
         RaySet::AxisAligned,
         RaySet::Vertices,
         RaySet::EdgeMidpoints,
         RaySet::Surface,
+        RaySet::Bounce,
         RaySet::Occlusion,
     ];
 }
@@ -122,6 +126,7 @@ impl<'a> Sampler<'a> {
                 self.toward(self.somewhere(random), [0, 1, 2].map(|k| 0.5 * (a[k] + b[k])))
             }
             RaySet::Surface => self.off_surface(random),
+            RaySet::Bounce => Ray { t_min: (2e-4 * self.radius) as f32, ..self.off_surface(random) },
             RaySet::Occlusion => {
                 let ray = self.off_surface(random);
                 Ray { t_min: (2e-4 * self.radius) as f32, t_max: (0.2 * self.radius) as f32, ..ray }
