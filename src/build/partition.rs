@@ -132,7 +132,9 @@ pub(super) fn halve(task: &NodeTask, slots: &mut [PrimRef]) -> (Child, Child) {
     let middle = task.live.div_ceil(2);
     let extent = task.centroids.extent();
     let axis = (1..3).fold(0, |best, a| if extent[a] > extent[best] { a } else { best });
-    slots[..task.live].select_nth_unstable_by(middle - 1, |a, b| {
+    // A full sort, not a selection: where a selection leaves the rest is the standard library's affair and may change with it.
+    // Below the first such split the halves are sorted already, which costs one pass.
+    slots[..task.live].sort_unstable_by(|a, b| {
         let (ca, cb) = (a.center2()[axis], b.center2()[axis]);
         ca.total_cmp(&cb).then_with(|| bytes_of(a).cmp(&bytes_of(b)))
     });
