@@ -53,7 +53,11 @@ fn parse_header(file: &[u8]) -> Result<Header, Fault> {
     let mut header = Header::zeroed();
     if !file.starts_with(&MAGIC) {
         let start = file[..file.len().min(8)].escape_ascii();
-        return Err(Fault::invalid("E0102", format!("it does not start as a .bvhc file does but with \"{start}\"")));
+        let detail = match file.len() {
+            0 => "it is empty".to_string(),
+            _ => format!("it does not start as a .bvhc file does but with \"{start}\""),
+        };
+        return Err(Fault::invalid("E0102", detail));
     }
     match file.get(..Header::LEN) {
         Some(bytes) => bytes_of_mut(&mut header).copy_from_slice(bytes),

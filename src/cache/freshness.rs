@@ -83,13 +83,43 @@ pub fn freshness(path: &Path, model: &Path, recipe: &Recipe) -> Freshness {
     }
 }
 
-fn compare(path: &Path, model: &Path, recipe: &Recipe) -> Result<(Head, Vec<PathBuf>), Staleness> {
-    let head = Head::read(path, &OpenOptions::default()).map_err(|error| match error {
+/// [`freshness`] for a model that is in memory and names no other files.
+pub fn freshness_of_bytes(path: &Path, model: &[u8], recipe: &Recipe) -> Freshness {
+    match compare_bytes(path, model, recipe) {
+        Ok(head) => Freshness::Fresh { head: Box::new(head), inputs: Vec::new() },
+        Err(why) => Freshness::Stale(why),
+    }
+}
+
+fn compare_bytes(path: &Path, model: &[u8], recipe: &Recipe) -> Result<Head, Staleness> {
+    let head = read_head(path)?;
+    let meta = meta_of(&head)?;
+    compare_recipe(meta, recipe)?;
+    let blake3 = *blake3::Hasher::new().update_rayon(model).finalize().as_bytes();
+    let input = InputHash { role: Dependency::MODEL, len: model.len() as u64, blake3 };
+    let same = |d: &Dependency| (d.role, d.len, d.blake3) == (input.role, input.len, input.blake3);
+    if !matches!(&meta.dependencies[..], [only] if same(only)) {
+        return Err(Staleness::InputChanged { name: "the model".into() });
+    }
+    if recipe.build_key(vec![input]) == head.header.build_key { Ok(head) } else { Err(Staleness::Key) }
+}
+
+fn read_head(path: &Path) -> Result<Head, Staleness> {
+    Head::read(path, &OpenOptions::default()).map_err(|error| match error {
         CacheError::Io { source, .. } if source.kind() == io::ErrorKind::NotFound => Staleness::Missing,
         error => Staleness::Unreadable(error.to_string()),
-    })?;
+    })
+}
+
+/// META, or why there is none.
+fn meta_of(head: &Head) -> Result<&Meta, Staleness> {
     let why = || head.meta_error.clone().map_or(Staleness::NoMeta, Staleness::Unreadable);
-    let meta = head.meta.as_ref().ok_or_else(why)?;
+    head.meta.as_ref().ok_or_else(why)
+}
+
+fn compare(path: &Path, model: &Path, recipe: &Recipe) -> Result<(Head, Vec<PathBuf>), Staleness> {
+    let head = read_head(path)?;
+    let meta = meta_of(&head)?;
     compare_recipe(meta, recipe)?;
 
     // Hash the inputs in the order of the key.

@@ -26,7 +26,7 @@ mod writer;
 
 pub use convert::{ConvertOptions, ConvertSummary, convert};
 pub use error::{CacheError, ErrorKind};
-pub use freshness::{Freshness, Staleness, freshness, hash_file};
+pub use freshness::{Freshness, Staleness, freshness, freshness_of_bytes, hash_file};
 pub use head::Head;
 pub use header::{BUILDERS, Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MAX_SECTIONS, MIN_MINOR, MINOR, builder_id};
 pub use image::Image;

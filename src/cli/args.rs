@@ -33,7 +33,7 @@ pub struct GlobalArgs {
     #[arg(long, global = true)]
     pub json: bool,
     /// Threads to use; 0 means all cores. The output is the same for any number
-    #[arg(short, long, global = true, value_name = "N", default_value_t = 0, env = "BVHC_JOBS")]
+    #[arg(short, long, global = true, value_name = "N", default_value_t = 0, value_parser = figures::parse_jobs, env = "BVHC_JOBS")]
     pub jobs: usize,
     /// Read cache files into memory instead of mapping them: slower, but safe against files that others change meanwhile
     #[arg(long, global = true)]

@@ -56,8 +56,17 @@ pub fn failure(error: &CacheError) -> Failure {
         ErrorKind::Limit => Exit::Limit,
         ErrorKind::Internal => Exit::Internal,
     };
-    Failure::from_message(exit, &error.to_string())
+    let failure = Failure::from_message(exit, &error.to_string());
+    match error {
+        // Building "again" would write over what is most likely the model.
+        CacheError::Invalid { rule: "E0102", .. } => failure.help(MAKE_ONE),
+        CacheError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => failure.help(MAKE_ONE),
+        _ => failure,
+    }
 }
+
+/// For a file that is no cache, or not there.
+pub const MAKE_ONE: &str = "cache files are made from models with: bvhc build MODEL -o FILE.bvhc";
 
 pub fn scene_failure(error: &SceneError) -> Failure {
     let exit = match error.kind() {

@@ -30,7 +30,8 @@ pub fn render(target: &Path, inputs: &[PathBuf], phony: bool) -> Result<Vec<u8>,
 }
 
 /// Escape one name: a backslash before a space or `#`, with the backslashes that precede it doubled; `$` as `$$`; a backslash
-/// before a colon, but for the drive letters of Windows. Names with line breaks cannot be written in this syntax at all.
+/// before a colon, but for the drive letters of Windows. A `%` stays: in a target, Make wants a backslash before it and Ninja
+/// none, and only `--depfile-target` knows which of them reads. Names with line breaks cannot be written in this syntax at all.
 fn escape(path: &Path) -> Result<Vec<u8>, Failure> {
     let name = path.as_os_str().as_encoded_bytes();
     if name.iter().any(|b| matches!(b, b'\n' | b'\r' | 0)) {

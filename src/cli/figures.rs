@@ -64,6 +64,13 @@ pub fn parse_size(text: &str) -> Result<u64, String> {
     number.checked_mul(1 << shift).ok_or_else(|| format!("`{text}` is more than this machine can address"))
 }
 
+/// A number of threads; starting more than any machine has would only exhaust the system.
+pub fn parse_jobs(text: &str) -> Result<usize, String> {
+    const MOST: usize = 1024;
+    let jobs = text.parse().ok().filter(|n| *n <= MOST);
+    jobs.ok_or_else(|| format!("`{text}` is not a number of threads from 0 to {MOST}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

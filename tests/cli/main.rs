@@ -6,6 +6,7 @@ mod common;
 mod build;
 mod depfile;
 mod determinism;
+mod inputs;
 mod inspect;
 mod interrupt;
 mod streams;

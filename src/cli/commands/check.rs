@@ -214,6 +214,7 @@ fn text(verdict: &Verdict, path: &Path, level: Level, context: &Context) -> Stri
     if let Some(first) = verdict.findings.first() {
         let remedy = match (verdict.valid, verdict.over_limit) {
             (true, _) => String::new(),
+            (false, false) if first.rule.id == "E0102" => format!(" · {}", caches::MAKE_ONE),
             (false, true) => " · if you trust the file: --max-memory 32G".to_string(),
             (false, false) => format!(" · rebuild: bvhc build MODEL -o {name} --force"),
         };

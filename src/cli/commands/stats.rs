@@ -38,8 +38,10 @@ struct Document<'a> {
 }
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
+    let mut paths = Vec::new();
     let (reports, exit) = caches::each(&args.files, context, |path| {
         let opened = caches::open(path, context)?;
+        paths.push(path.to_path_buf());
         Ok(FileReport::of_view(path.to_string_lossy().into_owned(), opened.header().file_len, &opened.view()))
     });
     if context.terminal.json {
@@ -47,7 +49,7 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
     } else if args.csv {
         context.terminal.print(&csv(&reports))?;
     } else if !reports.is_empty() {
-        context.terminal.print(&text(&reports, &args.files, args.depths))?;
+        context.terminal.print(&text(&reports, &paths, args.depths))?;
     }
     Ok(exit)
 }
@@ -87,7 +89,7 @@ type SpreadRow = (&'static str, fn(&BlasSpread) -> String);
 
 const SPREAD_ROWS: [SpreadRow; 5] = [
     ("trees", |s| figures::count(s.count)),
-    ("  largest", |s| extreme(s.largest, |v| format!("{} triangles", figures::count(v as u64)))),
+    ("  largest", |s| extreme(s.largest, |v| format!("{} tris", figures::count(v as u64)))),
     ("  deepest", |s| extreme(s.deepest, |v| format!("{v:.0}"))),
     ("  highest SAH", |s| extreme(s.highest_sah, |v| format!("{v:.2}"))),
     ("  mean SAH", |s| format!("{:.2}", s.mean_sah)),
@@ -102,9 +104,8 @@ fn share(part: f64, whole: f64) -> f64 {
 }
 
 fn text(reports: &[FileReport], paths: &[PathBuf], depths: bool) -> String {
-    let named = |r: &FileReport| paths.iter().find(|p| p.to_string_lossy() == r.path).map(|p| names::path(p));
     let mut table = Table::default();
-    table.row("", reports.iter().map(|r| named(r).unwrap_or_else(|| names::escape(&r.path))));
+    table.row("", names::headings(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>()));
     for (label, cell) in ROWS {
         table.row(label, reports.iter().map(cell));
     }

@@ -1,6 +1,7 @@
 //! One build from model to file.
 
 use super::BuildArgs;
+use super::inputs;
 use super::outcome::{Built, Times, dropped};
 use super::plan::{Job, same_file};
 use crate::build::{self, BuildOptions, Executor};
@@ -13,7 +14,7 @@ use crate::cli::failure::Failure;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::progress::Bar;
-use crate::scene::{self, InputFile, ReadOptions, Scene};
+use crate::scene::{self, InputFile, ReadOptions, Scene, SceneError};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -49,6 +50,10 @@ impl Workshop<'_> {
         }
 
         caches::fits(&job.input, &scene, &self.build, self.context)?;
+        if scene.instances.is_empty() {
+            self.context.terminal.warn(&format!("{}: there is no triangle in it", names::path(&job.input)));
+        }
+
         bar.phase("building", build::primitives_to_build(&scene, &self.build));
         let accel = build::compile(scene, &self.build, &self.exec, &bar).map_err(|e| caches::build_failure(&e))?;
         let image = Image::new(&accel);
@@ -56,7 +61,9 @@ impl Workshop<'_> {
         let build_time = start.elapsed() - read_time;
 
         bar.spin("writing");
-        unchanged(&inputs)?;
+        if job.bytes.is_none() {
+            unchanged(&inputs)?;
+        }
         let meta = Meta::new(self.recipe.clone(), &inputs, &report);
         // Debug builds, and so every test, look into each record before they write it.
         if cfg!(debug_assertions) {
@@ -80,14 +87,19 @@ impl Workshop<'_> {
         Ok(Made {
             built: Built::new(&image, &written, report, times),
             build_key: written.header.build_key,
-            inputs: inputs.into_iter().map(|i| i.path).collect(),
+            inputs: inputs.into_iter().map(|i| i.path).filter(|_| job.bytes.is_none()).collect(),
         })
     }
 
     fn read(&self, job: &Job, bar: &Bar) -> Result<Scene, Failure> {
         bar.phase("reading", 1);
         let mut progress = |done: u64, length: u64| bar.set(done, length);
-        let scene = scene::read_with(&job.input, &self.read, &mut progress).map_err(|e| caches::scene_failure(&e))?;
+        if let Some(bytes) = &job.bytes {
+            let format = self.args.read.input_format.map(Into::into);
+            let scene = scene::read_bytes(bytes.clone(), inputs::STDIN, format, None, &self.read);
+            return scene.map_err(|e| caches::scene_failure(&e));
+        }
+        let scene = scene::read_with(&job.input, &self.read, &mut progress).map_err(|e| missing(job, e))?;
         match scene.inputs.iter().find(|i| same_file(&i.path, &job.output)) {
             Some(input) => Err(Failure::new(Exit::Usage, format!("cannot write {}", names::path(&job.output)))
                 .fact(format!("it is {}, a file that the model is read from", names::path(&input.path)))
@@ -105,6 +117,19 @@ impl Workshop<'_> {
         Err(Failure::new(Exit::TryAgain, format!("cannot vouch for {}", names::path(&job.output)))
             .fact("another process replaced it after it was written")
             .help("run one build of an output at a time"))
+    }
+}
+
+/// A relative path that leads nowhere was mostly typed in another folder than it was meant for.
+fn missing(job: &Job, error: SceneError) -> Failure {
+    let failure = caches::scene_failure(&error);
+    match (error, std::env::current_dir()) {
+        (SceneError::Unreadable { source, .. }, Ok(folder))
+            if source.kind() == std::io::ErrorKind::NotFound && job.input.is_relative() =>
+        {
+            failure.help(format!("paths start from {}", names::path(&folder)))
+        }
+        _ => failure,
     }
 }
 

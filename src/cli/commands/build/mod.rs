@@ -1,8 +1,9 @@
 //! `bvhc build`: models in, cache files out.
 //!
-//! `options` are the flags that change the output, `plan` decides what has to be done and why, `make` does it for one output,
+//! `options` are the flags that change the output, `inputs` what the arguments name, `plan` decides what has to be done and why, `make` does it for one output,
 //! `outcome` says what was done.
 
+mod inputs;
 mod make;
 pub mod options;
 mod outcome;
@@ -17,6 +18,7 @@ use crate::cli::depfile;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
+use crate::cli::terminal::Terminal;
 use crate::report::info::hex;
 use crate::scene::ReadOptions;
 use clap::Args;
@@ -34,7 +36,7 @@ use std::time::SystemTime;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct BuildArgs {
-    /// Models to compile
+    /// Models to compile: files, quoted patterns such as 'models/*.obj', or `-` for standard input
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// File to write, or a folder (`DIR/`) that receives one .bvhc file per input
@@ -84,6 +86,7 @@ pub struct DepfileArgs {
 const EXAMPLES: &str = "Examples:
   bvhc build rock.glb -o rock.bvhc
   bvhc build *.obj -o caches/ --preset balanced
+  export-scene | bvhc build - --input-format glb -o scene.bvhc
   bvhc build rock.gltf -o rock.bvhc --depfile rock.bvhc.d     for Ninja and Make
   bvhc build rock.glb -o rock.bvhc --dry-run                  says why it would build";
 
@@ -95,7 +98,7 @@ struct Document<'a> {
 }
 
 pub fn run(args: &BuildArgs, context: &Context) -> Result<Exit, Failure> {
-    let jobs = plan::jobs(args)?;
+    let jobs = plan::jobs(args, inputs::expand(args, context.global.max_memory)?)?;
     let workshop = workshop(args, context)?;
     let (mut outcomes, mut exits) = (Vec::new(), Vec::new());
     for job in &jobs {
@@ -162,17 +165,13 @@ fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
 /// Do one job; the line says what was done.
 fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> {
     let (args, context) = (workshop.args, workshop.context);
-    if job.input.metadata().is_ok_and(|m| !m.is_file()) {
-        return Err(Failure::new(Exit::Io, format!("cannot read {}", names::path(&job.input)))
-            .fact("it is not a regular file, and a model is read more than once")
-            .help("write the model to a file first"));
-    }
+    inputs::readable(job)?;
     let verdict = plan::examine(job, &workshop.recipe, workshop.codec);
     let name = names::path(&job.output);
     let reason = match verdict {
         Verdict::UpToDate { build_key, inputs } if !args.force => {
             if !args.dry_run {
-                write_depfile(job, args, &inputs)?;
+                write_depfile(job, args, &inputs, &context.terminal)?;
                 if args.touch {
                     touch(&job.output)?;
                 }
@@ -197,8 +196,9 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
     if let Some(folder) = job.output.parent().filter(|_| job.output != args.output) {
         std::fs::create_dir_all(folder).map_err(|e| io_failure("create", folder, &e))?;
     }
+    plan::writable(job)?;
     let made = workshop.make(job)?;
-    write_depfile(job, args, &made.inputs)?;
+    write_depfile(job, args, &made.inputs, &context.terminal)?;
     context.terminal.detail(&made.built.detail(job));
     let line = made.built.line(job);
     let outcome = Outcome {
@@ -210,9 +210,16 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
     Ok((outcome, line))
 }
 
-fn write_depfile(job: &Job, args: &BuildArgs, inputs: &[PathBuf]) -> Result<(), Failure> {
+fn write_depfile(job: &Job, args: &BuildArgs, inputs: &[PathBuf], terminal: &Terminal) -> Result<(), Failure> {
     let Some(path) = &args.depfile.path else { return Ok(()) };
     let target = args.depfile.target.as_deref().unwrap_or(&job.output);
+    if args.depfile.target.is_none() && target.as_os_str().as_encoded_bytes().contains(&b'%') {
+        let name = names::path(target);
+        let quoted = name.trim_matches('\'').replace('%', "\\%");
+        terminal.warn(&format!(
+            "Ninja reads the % in {name} as it is, but Make as a pattern; for Make add --depfile-target '{quoted}'"
+        ));
+    }
     let text = depfile::render(target, inputs, args.depfile.phony)?;
     std::fs::write(path, text).map_err(|e| io_failure("write", path, &e))
 }

@@ -1,7 +1,7 @@
 //! Flags that change the output: a preset and what is set on top of it, turned into [`BuildOptions`].
 
 use crate::build::{Axes, BuildOptions, Clip, Levels, Method, Named, Preset};
-use crate::scene::{Degenerate, ReadOptions};
+use crate::scene::{Degenerate, Format, ReadOptions};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
@@ -89,6 +89,25 @@ pub struct ReadArgs {
     /// The glTF scene to build; default: the one that the file names
     #[arg(long, value_name = "N")]
     pub scene: Option<u32>,
+    /// What comes from standard input; told by its content if not given
+    #[arg(long, value_name = "FORMAT", value_enum)]
+    pub input_format: Option<InputFormat>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum InputFormat {
+    Obj,
+    Gltf,
+    Glb,
+}
+
+impl From<InputFormat> for Format {
+    fn from(format: InputFormat) -> Format {
+        match format {
+            InputFormat::Obj => Format::Obj,
+            InputFormat::Gltf | InputFormat::Glb => Format::Gltf,
+        }
+    }
 }
 
 impl ReadArgs {

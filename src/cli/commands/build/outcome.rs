@@ -118,7 +118,8 @@ impl Built {
         line += &format!(" → {} refs ({:+.1}%)", figures::count(self.references), self.duplication * 100.0);
         if self.instances > 0 {
             let instances = figures::count(self.instances);
-            line += &format!(" in {} trees, {instances} instances", figures::count(self.trees));
+            let seen = figures::count(self.instanced_triangles);
+            line += &format!(" in {} trees, {instances} instances ({seen} tris)", figures::count(self.trees));
         }
         line += &format!(", {} nodes, depth {}", figures::count(self.nodes), self.max_depth);
         let took = figures::seconds(Duration::from_secs_f64(self.times.total_ms / 1e3));

@@ -1,6 +1,7 @@
 //! What has to be done: which output each input has, and whether it is up to date, judged by content and never by time stamps.
 
 use super::BuildArgs;
+use super::inputs::Input;
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Freshness, SectionEntry};
 use crate::cli::exit::Exit;
@@ -10,10 +11,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// One output and what it is made from.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Job {
     pub input: PathBuf,
     pub output: PathBuf,
+    /// The model itself where it came from standard input; `input` then is only its name.
+    pub bytes: Option<Vec<u8>>,
 }
 
 /// Whether a job has anything to do.
@@ -28,35 +31,36 @@ pub enum Verdict {
 }
 
 /// Name each input's output, and refuse what could lose data: two inputs for one output, or an output that is an input.
-pub fn jobs(args: &BuildArgs) -> Result<Vec<Job>, Failure> {
+pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
     let refuse = |fact: String| Failure::new(Exit::Usage, "cannot build").fact(fact);
     let ends_in_separator =
         args.output.as_os_str().as_encoded_bytes().last().is_some_and(|b| *b == b'/' || *b == b'\\' && cfg!(windows));
     let into_folder = ends_in_separator || args.output.is_dir();
-    if args.inputs.len() > 1 && !into_folder {
-        let fact = format!(
-            "{} inputs need a folder to go to, and {} is not one",
-            args.inputs.len(),
-            names::path(&args.output)
-        );
+    if inputs.len() > 1 && !into_folder {
+        let fact =
+            format!("{} inputs need a folder to go to, and {} is not one", inputs.len(), names::path(&args.output));
         return Err(refuse(fact).help(format!("write -o {}/ to make it a folder", names::path(&args.output))));
     }
     if let Some(depfile) = &args.depfile.path {
-        if args.inputs.len() > 1 {
+        if inputs.len() > 1 {
             return Err(refuse("one --depfile describes one output, and there are several".into())
                 .help("build the inputs one by one"));
         }
-        if let Some(input) = args.inputs.iter().find(|i| same_file(i, depfile)) {
-            return Err(refuse(format!("the depfile would overwrite the input {}", names::path(input))));
+        if let Some(input) = inputs.iter().find(|i| i.is(depfile)) {
+            return Err(refuse(format!("the depfile would overwrite the input {}", names::path(&input.path))));
         }
     }
 
     // Give every input its output, and every output to one input.
     let mut owners: BTreeMap<PathBuf, PathBuf> = BTreeMap::new();
     let mut jobs = Vec::new();
-    for input in &args.inputs {
+    for Input { path: input, bytes } in inputs {
+        if into_folder && bytes.is_some() {
+            return Err(refuse("standard input has no name from which to name a file in a folder".into())
+                .help("name the file itself with -o"));
+        }
         let output = if into_folder {
-            let stem = input.file_stem().ok_or_else(|| refuse(format!("{} names no file", names::path(input))))?;
+            let stem = input.file_stem().ok_or_else(|| refuse(format!("{} names no file", names::path(&input))))?;
             let mut name = stem.to_os_string();
             name.push(".bvhc");
             args.output.join(name)
@@ -67,15 +71,15 @@ pub fn jobs(args: &BuildArgs) -> Result<Vec<Job>, Failure> {
             let fact = format!(
                 "{} and {} would both become {}",
                 names::path(&other),
-                names::path(input),
+                names::path(&input),
                 names::path(&output)
             );
             return Err(refuse(fact).help("build one of them into another folder"));
         }
-        jobs.push(Job { input: input.clone(), output });
+        jobs.push(Job { input, output, bytes });
     }
     for job in &jobs {
-        if let Some(input) = args.inputs.iter().find(|i| same_file(i, &job.output)) {
+        if let Some(Job { input, .. }) = jobs.iter().find(|j| j.bytes.is_none() && same_file(&j.input, &job.output)) {
             return Err(refuse(format!("the output {} is the input {}", names::path(&job.output), names::path(input)))
                 .help("name another output with -o"));
         }
@@ -84,6 +88,21 @@ pub fn jobs(args: &BuildArgs) -> Result<Vec<Job>, Failure> {
         }
     }
     Ok(jobs)
+}
+
+/// Say before a long build what its end would say: that there is no place for the file.
+pub fn writable(job: &Job) -> Result<(), Failure> {
+    let refuse = |fact: String| Failure::new(Exit::Io, format!("cannot write {}", names::path(&job.output))).fact(fact);
+    if job.output.is_dir() {
+        return Err(refuse("it is a folder".into()).help("name a file with -o"));
+    }
+    match job.output.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            let folder = names::path(folder);
+            Err(refuse(format!("there is no folder {folder}")).help(format!("mkdir -p {folder}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Do two paths lead to one existing file? Links are followed.
@@ -100,7 +119,11 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 
 /// Compare an output with what building it now would give.
 pub fn examine(job: &Job, recipe: &Recipe, codec: Codec) -> Verdict {
-    match cache::freshness(&job.output, &job.input, recipe) {
+    let found = match &job.bytes {
+        Some(bytes) => cache::freshness_of_bytes(&job.output, bytes, recipe),
+        None => cache::freshness(&job.output, &job.input, recipe),
+    };
+    match found {
         Freshness::Stale(reason) => Verdict::Stale(names::escape(&reason.to_string())),
         Freshness::Fresh { head, inputs } => match codec_change(&head.sections, codec) {
             Some(reason) => Verdict::Stale(reason.to_string()),

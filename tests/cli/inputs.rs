@@ -1,0 +1,88 @@
+//! What `bvhc build` takes as a model: files, patterns, standard input.
+
+use crate::{Place, Said, gltf, said, strip};
+use std::io::Write;
+use std::process::Stdio;
+
+fn piped(place: &Place, args: &str, model: &[u8]) -> Said {
+    let mut command = place.command();
+    command.args(args.split_whitespace()).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    // A program that refuses at once closes the pipe.
+    let _ = child.stdin.take().unwrap().write_all(model);
+    said(child.wait_with_output().unwrap())
+}
+
+#[test]
+fn a_quoted_pattern_names_files_in_natural_order() {
+    let place = Place::new();
+    for name in ["f.10.obj", "f.9.obj", "g.1.obj"] {
+        place.write(&format!("in/{name}"), strip(3));
+    }
+    let built = place.ok("build in/f.*.obj -o out/");
+    let names: Vec<&str> = built.out.lines().filter_map(|l| l.split_whitespace().next()).collect();
+    assert_eq!(names, ["out/f.9.bvhc", "out/f.10.bvhc"]);
+    let none = place.run("build in/h*.obj -o out/");
+    assert_eq!((none.code, none.err.contains("no file matches the pattern")), (3, true), "{}", none.err);
+
+    // A file of that very name is meant before what the pattern would match.
+    place.write("in/f[19].obj", strip(1));
+    assert!(place.ok("build in/f[19].obj -o one.bvhc").out.contains("2 tris"));
+}
+
+#[test]
+fn standard_input_gives_the_bytes_that_the_file_gives_but_for_its_name() {
+    let place = Place::new();
+    let model = strip(20);
+    place.write("a.obj", &model);
+    place.ok("build a.obj -o a.bvhc");
+    for args in ["build - --input-format obj -o b.bvhc --force", "build - -o b.bvhc --force"] {
+        let built = piped(&place, args, model.as_bytes());
+        assert_eq!(built.code, 0, "{}", built.err);
+        let id = |file: &str| place.ok(&format!("info {file} --field content_id")).out;
+        assert_eq!(id("a.bvhc"), id("b.bvhc"));
+    }
+    place.ok("check b.bvhc --source a.obj");
+
+    // Up to date by content, whether it comes through the pipe or from a file.
+    assert!(piped(&place, "build - -o b.bvhc", model.as_bytes()).out.contains("up to date"));
+    assert!(piped(&place, "build - -o a.bvhc", model.as_bytes()).out.contains("up to date"));
+    assert!(place.ok("build a.obj -o b.bvhc").out.contains("up to date"));
+    assert!(piped(&place, "build - -o b.bvhc -v", strip(21).as_bytes()).err.contains("the model changed"));
+}
+
+#[test]
+fn standard_input_that_cannot_be_built_is_refused() {
+    let place = Place::new();
+    let (json, bin) = gltf("tri");
+    place.write("tri.bin", bin);
+    let refused = |args: &str, model: &[u8]| piped(&place, args, model).code;
+    assert_eq!(refused("build - --input-format gltf -o a.bvhc", json.as_bytes()), 4, "its buffer lies in another file");
+    assert_eq!(refused("build - -o a.bvhc", b"\x00\x01"), 5);
+    assert_eq!(refused("build - -o out/", strip(1).as_bytes()), 2);
+    assert_eq!(refused("build - - -o out/", strip(1).as_bytes()), 2);
+    assert_eq!(refused("build - -o a.bvhc --depfile a.d", strip(1).as_bytes()), 2);
+    assert_eq!(refused("build - -o a.bvhc --max-memory 10", strip(1).as_bytes()), 6);
+    assert_eq!(refused("build tri.gltf --input-format gltf -o a.bvhc", b""), 2);
+    assert_eq!(place.names(), ["tri.bin"]);
+}
+
+#[test]
+fn what_cannot_succeed_says_how_it_could() {
+    let place = Place::new();
+    place.write("a.obj", strip(3));
+    for (args, code, fix) in [
+        ("build a.obj -o no/where/a.bvhc", 3, "mkdir -p no/where"),
+        ("build . -o a.bvhc", 3, "name the models in it"),
+        ("build b.obj -o a.bvhc", 3, "paths start from"),
+        ("build a.obj -o a.bvhc --jobs 100000", 2, "0 to 1024"),
+        ("stats a.obj", 1, "bvhc build MODEL"),
+        ("check a.obj", 1, "bvhc build MODEL"),
+    ] {
+        let said = place.run(args);
+        assert_eq!(said.code, code, "{args}: {}", said.err);
+        assert!((said.err.clone() + &said.out).contains(fix), "{args}: {}", said.err);
+    }
+    place.write("nothing.obj", "");
+    assert!(place.ok("build nothing.obj -o n.bvhc").err.contains("no triangle"));
+}
