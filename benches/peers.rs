@@ -1,13 +1,17 @@
 //! Beside obvhs: build time, tree quality and ray cost on the same scenes, in one run.
 //!
-//! `cargo bench --bench peers -- [--rays N] [--rounds N] [SCENE…]` prints a Markdown table per scene. Scenes are the samples and, where the folder of
+//! `cargo bench --bench peers -- [--rays N] [--rounds N] [--svg FILE] [SCENE…]` prints a Markdown table per scene. Scenes are the samples and, where the folder of
 //! models is there, four real ones; `SCENE` may also be a path. Builds are interleaved: each round builds every tree once, and the
 //! table shows medians. All trees go through one evaluator, our own traversal: inner nodes entered and triangles tested per ray
 //! for camera rays, one cosine-weighted bounce, and ambient occlusion (any hit within 10 % of the diagonal); SAH has C_T = 1.2, C_I = 1.
-//! `work` is 1.2·nodes + triangles, averaged over the three sets; Mrays/s are of one thread.
+//! `work` is 1.2·nodes + triangles, averaged over the three sets; Mrays/s are of one thread. At the end stands one table over all
+//! scenes; `--svg FILE` draws build time against work.
 //!
 //! obvhs comes in two forms that one program cannot hold, since Cargo unifies features; so each form is a worker process (`benches/obvhs_worker`),
 //! built here and asked through a pipe. Without a network and its sources, its rows are left out.
+
+#[path = "peers/chart.rs"]
+mod chart;
 
 use bvhc::build::{BuildOptions, Executor, NoProgress, Preset, build_tree, compile};
 use bvhc::cache::{Image, View};
@@ -36,11 +40,13 @@ fn main() {
     let smoke = std::env::var_os("BVHC_BENCH_SMOKE").is_some();
     let (mut rays, mut rounds, mut scenes) =
         if smoke { (1 << 10, 1, vec!["stadium.obj".into()]) } else { (1 << 18, 5, Vec::new()) };
+    let (mut svg, mut scenes_done) = (None, Vec::new());
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         match arg.as_str() {
             "--rays" => rays = args.next().and_then(|v| v.parse().ok()).expect("--rays takes a number"),
             "--rounds" => rounds = args.next().and_then(|v| v.parse().ok()).expect("--rounds takes a number"),
+            "--svg" => svg = Some(PathBuf::from(args.next().expect("--svg takes a file"))),
             "--bench" | "--test" => {}
             _ => scenes.push(arg),
         }
@@ -54,10 +60,14 @@ fn main() {
             Ok(scene) => {
                 let options = BuildOptions { levels: bvhc::build::Levels::One, ..BuildOptions::preset(Preset::Draft) };
                 let accel = compile(scene, &options, &Executor::sequential(), &NoProgress).expect("a flat scene");
-                bench(&file, accel, &workers, rays, rounds);
+                scenes_done.push(bench(&file, accel, &workers, rays, rounds));
             }
             Err(e) => println!("{}: {e}", file.display()),
         }
+    }
+    println!("\n### All scenes: work · SAH · build ms on one thread / two\n\n{}", chart::table(&scenes_done));
+    if let Some(path) = svg {
+        std::fs::write(&path, chart::svg(&scenes_done)).expect("a chart where --svg says");
     }
 }
 
@@ -82,7 +92,7 @@ struct Row {
     rays: [Vec<f64>; 3],
 }
 
-fn bench(file: &Path, accel: Accel, workers: &[Option<PathBuf>; 2], count: usize, rounds: usize) {
+fn bench(file: &Path, accel: Accel, workers: &[Option<PathBuf>; 2], count: usize, rounds: usize) -> chart::Scene {
     let mesh = &accel.meshes[0];
     let sets = RaySets::new(&Image::new(&accel), count);
     let execs = [Executor::sequential(), Executor::new(2).expect("two threads")];
@@ -118,7 +128,7 @@ fn bench(file: &Path, accel: Accel, workers: &[Option<PathBuf>; 2], count: usize
             }
         }
     }
-    print(file, mesh, &sets, rows);
+    print(file, mesh, &sets, rows)
 }
 
 impl Row {
@@ -129,9 +139,10 @@ impl Row {
     }
 }
 
-fn print(file: &Path, mesh: &Mesh, sets: &RaySets, rows: Vec<Row>) {
+fn print(file: &Path, mesh: &Mesh, sets: &RaySets, rows: Vec<Row>) -> chart::Scene {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let count = mesh.triangles.len();
+    let mut trees = Vec::new();
     println!("\n### {name} ({count} triangles, {} rays a set)\n", sets.rays[0].len());
     println!(
         "| tree | refs/tri | depth | SAH | primary v/t | diffuse v/t | AO v/t | work | Mrays/s p / d / a | build ms 1T / 2T |"
@@ -159,7 +170,9 @@ fn print(file: &Path, mesh: &Mesh, sets: &RaySets, rows: Vec<Row>) {
             times[0],
             times[1]
         );
+        trees.push(chart::Built { name: row.name, work, sah: f64::from(row.sah), times });
     }
+    chart::Scene { name: name.into_owned(), trees }
 }
 
 fn median(values: &mut [f64]) -> f64 {
