@@ -130,8 +130,8 @@ impl Meta {
     }
 }
 
-/// A name that says nothing of the machine: of an absolute path or URI, which only `--allow-outside` lets in, the last part.
-/// Such a file is not found again, so a cache that depends on it is always built anew.
+/// A name that says nothing of the machine: of an absolute path or URI the last part. The scene reader gives such a name only where
+/// it knows no way from the model's folder; the file is then not found again, and a cache that depends on it is always built anew.
 fn relative_name(name: &str) -> String {
     let name = name.replace('\\', "/");
     let drive = name.as_bytes().get(1) == Some(&b':');

@@ -189,7 +189,7 @@ impl Stack {
 /// Visit the leaves that the ray meets, near child first, until `leaf` says that it is enough.
 ///
 /// `leaf` gets the number of its first item and its items. The walk ends on every input: a tree enters each pair of siblings at most
-/// once, so more entries than pairs betray a record with two parents or a cycle.
+/// once, so more entries than pairs betray a record with two parents or a cycle, and more items than there are, leaves that overlap.
 #[inline(always)]
 fn walk<T, O: Observer>(
     nodes: &[Node],
@@ -207,7 +207,7 @@ fn walk<T, O: Observer>(
     let (mut reach, mut farthest) = (slabs.reach(best.limit), widened(best.limit));
     let (mut first, mut count) = (root.first, root.count);
     let mut depth = 0;
-    let mut pairs_left = nodes.len() / 2;
+    let (mut pairs_left, mut items_left) = (nodes.len() / 2, items.len());
     loop {
         if count == 0 {
             // Enter an inner node: test both children, go on with the nearer and put the other off.
@@ -247,6 +247,10 @@ fn walk<T, O: Observer>(
             let Some(slots) = slots.filter(|_| count <= MAX_LEAF) else {
                 return leaf_out_of_range(first, count, items.len());
             };
+            if slots.len() > items_left {
+                return not_a_tree(nodes.len());
+            }
+            items_left -= slots.len();
             if leaf(first as usize, slots, best, observer)? {
                 return Ok(true);
             }

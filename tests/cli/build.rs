@@ -362,3 +362,31 @@ fn memory_for_duplicates_is_limited_before_it_is_set_aside() {
     assert!(!place.names().contains(&"a.bvhc".to_string()));
     place.ok("build a.obj -o a.bvhc --max-memory 2M");
 }
+
+/// A buffer outside of the model's folder, by an absolute path: remembered by the way to it, and found again.
+#[cfg(unix)]
+#[test]
+fn a_buffer_from_outside_is_up_to_date_too() {
+    let place = Place::new();
+    let (model, bin) = gltf("t");
+    let bin_path = place.write("buffers/t.bin", &bin);
+    let named = model.replace("t.bin", bin_path.to_str().unwrap());
+    assert!(named.contains(bin_path.to_str().unwrap()));
+    place.write("m/t.gltf", named);
+    place.ok("build m/t.gltf -o t.bvhc --allow-outside");
+    assert!(place.ok("build m/t.gltf -o t.bvhc --allow-outside").out.contains("up to date"));
+    assert_eq!(place.ok("info t.bvhc --field meta.inputs.1.name").out.trim(), "../buffers/t.bin");
+    let root = place.root().to_str().unwrap().as_bytes().to_vec();
+    assert!(!place.read("t.bvhc").windows(root.len()).any(|w| w == root), "the file names the machine's folders");
+    place.write("buffers/t.bin", bin.iter().map(|b| b ^ 1).collect::<Vec<_>>());
+    assert!(place.ok("build m/t.gltf -o t.bvhc --allow-outside -n").out.contains("../buffers/t.bin changed"));
+}
+
+#[test]
+fn another_level_of_zstd_is_no_reason_to_build() {
+    let place = Place::new();
+    place.write("a.obj", strip(3000));
+    place.ok("build a.obj -o a.bvhc --codec zstd:1");
+    assert!(place.ok("build a.obj -o a.bvhc --codec zstd:9").out.contains("up to date"));
+    assert!(place.ok("build a.obj -o a.bvhc -n").out.contains("codec zstd → raw"));
+}

@@ -1,6 +1,7 @@
 //! The container: round trips, fixed bytes, damage, atomic writing, freshness.
 
 mod golden;
+mod hostile;
 mod images;
 mod kill;
 mod refuse;

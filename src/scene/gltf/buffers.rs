@@ -135,14 +135,13 @@ fn locate(uri: &str, buffer: usize, source: &Source) -> Result<(PathBuf, String)
     if decoded.contains('\0') {
         return Err(malformed("which has a NUL character"));
     }
-    let file_name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     match scheme(uri) {
         Some(scheme) if scheme.eq_ignore_ascii_case("file") => {
             if !source.options.allow_outside {
                 return Err(outside("a file: address"));
             }
             let path = PathBuf::from(decoded["file:".len()..].strip_prefix("//").unwrap_or(&decoded["file:".len()..]));
-            let name = file_name(&path);
+            let name = name_from(source.folder.as_deref(), &path);
             return Ok((path, name));
         }
         Some(_) => return Err(malformed("an address of another kind than a file; only files and data URIs are read")),
@@ -153,8 +152,9 @@ fn locate(uri: &str, buffer: usize, source: &Source) -> Result<(PathBuf, String)
         if !source.options.allow_outside {
             return Err(outside("an absolute path"));
         }
-        let name = file_name(Path::new(&decoded));
-        return Ok((decoded.into(), name));
+        let path = PathBuf::from(decoded);
+        let name = name_from(source.folder.as_deref(), &path);
+        return Ok((path, name));
     }
     if climbs_out(&decoded) && !source.options.allow_outside {
         return Err(outside("a path that leaves the model's folder"));
@@ -163,6 +163,24 @@ fn locate(uri: &str, buffer: usize, source: &Source) -> Result<(PathBuf, String)
         Some(folder) => Ok((folder.join(&decoded), decoded)),
         None => Err(malformed("but this model does not come from a folder; embed its buffers, or give it a path")),
     }
+}
+
+/// The name of a file that the model names by an absolute path: the way to it from the model's folder, with `/` and, where need be,
+/// `..`. Where the two share no folder but the root, that would tell all of the path, and the file's own name has to do.
+fn name_from(folder: Option<&Path>, path: &Path) -> String {
+    let way = |folder: PathBuf| {
+        let shared = folder.components().zip(path.components()).take_while(|(a, b)| a == b).count();
+        folder.components().take(shared).find(|c| matches!(c, Component::Normal(_)))?;
+        let up = folder.components().skip(shared).map(|_| Some(".."));
+        let down = path.components().skip(shared).map(|c| c.as_os_str().to_str());
+        let name = up.chain(down).collect::<Option<Vec<_>>>()?.join("/");
+        // Links may lead elsewhere than the text of the paths says.
+        let same = folder.join(&name).canonicalize().ok()? == path.canonicalize().ok()?;
+        same.then_some(name)
+    };
+    let real = folder.and_then(|f| f.canonicalize().ok()).and_then(way);
+    let spelled = || folder.and_then(|f| std::path::absolute(f).ok()).and_then(way);
+    real.or_else(spelled).unwrap_or_else(|| path.file_name().unwrap_or_default().to_string_lossy().into_owned())
 }
 
 /// The part before the first colon where that is a URI scheme; a single letter is a Windows drive.

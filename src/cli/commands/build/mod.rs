@@ -57,7 +57,8 @@ pub struct BuildArgs {
     /// Do not read the written file back
     #[arg(long)]
     pub no_check: bool,
-    /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3)
+    /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3; a file does not say its
+    /// level, so another level alone builds nothing: use --force or `bvhc convert`)
     #[arg(long, value_name = "raw|zstd[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
     pub codec: Codec,
 

@@ -132,7 +132,7 @@ pub fn examine(job: &Job, recipe: &Recipe, codec: Codec) -> Verdict {
     }
 }
 
-/// Does the file's storage differ from what was asked for? A section that gains nothing by zstd stays raw, so a file too small to
+/// Does the file's storage differ from what was asked for? The level of zstd does not count: it is not in the file. A section that gains nothing by zstd stays raw, so a file too small to
 /// gain counts as either; a large one always gains.
 fn codec_change(sections: &[SectionEntry], codec: Codec) -> Option<&'static str> {
     const ALWAYS_GAINS: u64 = 64 << 10;
