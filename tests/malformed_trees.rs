@@ -145,8 +145,8 @@ fn boxes_and_triangles_of_no_number_end_in_a_bounded_walk() {
         {
             let strange = Aabb { min, max };
             for root in [BOX, strange] {
-                let nodes = [Node::inner(root, 2), UNUSED, Node::leaf(strange, 0, 1), Node::leaf(BOX, 0, 1)];
-                let (result, counters) = trace_one_level(&nodes, 1);
+                let nodes = [Node::inner(root, 2), UNUSED, Node::leaf(strange, 0, 1), Node::leaf(BOX, 1, 1)];
+                let (result, counters) = trace_one_level(&nodes, 2);
                 assert_eq!(result, Ok(false), "{strange:?}");
                 assert!(counters.inner_nodes <= 1 && counters.triangles <= 2);
             }
