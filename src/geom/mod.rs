@@ -8,6 +8,7 @@ mod aabb;
 mod affine;
 pub mod clip;
 mod ray;
+pub(crate) mod vector;
 
 pub use aabb::Aabb;
 pub use affine::Affine;

@@ -16,6 +16,7 @@
 //! coordinate in play. The sum is the *slack*: an edge is passed on a certain side if the ray keeps more than the slack
 //! away from it, and a distance is known within slack over the cosine.
 
+use crate::geom::vector::{cross, dot, sub};
 use crate::geom::{Affine, Ray};
 use crate::scene::{Mesh, Scene};
 use rayon::prelude::*;
@@ -266,18 +267,6 @@ impl Probe {
         let certain = !unsure && nearest >= self.t_min && farthest <= self.t_max;
         Some(Candidate { source, nearest, farthest, certain })
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 fn length(a: [f64; 3]) -> f64 {

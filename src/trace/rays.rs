@@ -1,5 +1,6 @@
 //! Ray sets: fair samples and seekers of trouble, the same on every machine for the same seed.
 
+use crate::geom::vector::{cross, dot, sub};
 use crate::geom::{Aabb, Ray};
 use crate::scene::Scene;
 
@@ -222,16 +223,4 @@ pub fn camera(eye: [f64; 3], look_at: [f64; 3], up: [f64; 3], tan_half: f64, wid
         Ray::new(eye.map(|c| c as f32), [0, 1, 2].map(|a| (forward[a] + h * right[a] + v * above[a]) as f32))
     };
     (0..height).flat_map(|y| (0..width).map(move |x| (y, x))).map(|(y, x)| pixel(y, x)).collect()
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
