@@ -75,6 +75,7 @@
 //! - [`tree`]: the linear tree and its quality;
 //! - [`cache`]: the file: writing, opening, checking, converting, and whether it is up to date;
 //! - [`trace`]: watertight traversal and the brute force that it is judged by;
+//! - [`verify`]: rays traced on the CPU and on OpenCL devices, compared with the oracle;
 //! - [`report`]: facts and figures about a file, as the command line prints them.
 //!
 //! The file format is `format-spec/SPEC.md`: a reader in another language needs nothing else.
@@ -86,6 +87,7 @@ pub mod report;
 pub mod scene;
 pub mod trace;
 pub mod tree;
+pub mod verify;
 
 #[cfg(feature = "cli")]
 pub mod cli;

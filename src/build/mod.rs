@@ -6,44 +6,32 @@
 //! the SAH; the *executor* is the only place that knows threads. A method name is a recipe in the *registry*, which
 //! also feeds `--help` and the build key.
 
-mod bake;
 mod binned;
-mod bins;
 mod compile;
 mod cost;
-pub mod driver;
 mod error;
 mod exec;
 mod lanes;
-mod names;
-mod options;
-mod output;
-mod partition;
 mod prim_ref;
 mod progress;
-mod registry;
-mod small_sweep;
+mod recipe;
 mod spatial;
-mod spatial_bins;
-mod spatial_chop;
-mod spatial_partition;
-mod strategy;
-mod subsets;
-pub mod tlas;
+mod top_down;
 
 pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
-pub use compile::{LaidOut, MAX_INSTANCES, bytes_to_reserve, compile, lay_out, primitives_to_build};
+pub use compile::{LaidOut, MAX_INSTANCES, bytes_to_reserve, compile, lay_out, primitives_to_build, tlas};
 pub use cost::Sah;
 pub use error::BuildError;
 pub use exec::Executor;
-pub use names::Named;
-pub use options::{Axes, BuildOptions, Clip, Levels, Method, Preset};
-pub use partition::bounds_of;
 pub use prim_ref::{PrimRef, PrimRefs};
 pub use progress::{NoProgress, Progress};
-pub use registry::{METHODS, MethodInfo, OptionName};
+pub use recipe::names::Named;
+pub use recipe::options::{Axes, BuildOptions, Clip, Levels, Method, Preset};
+pub use recipe::registry::{METHODS, MethodInfo, OptionName};
 pub use spatial::{Spatial, budgeted_slots};
-pub use strategy::{Child, Decision, NodeTask, Strategy};
+pub use top_down::driver;
+pub use top_down::partition::bounds_of;
+pub use top_down::strategy::{Child, Decision, NodeTask, Strategy};
 
 use crate::scene::Mesh;
 use crate::tree::Tree;

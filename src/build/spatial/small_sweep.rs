@@ -1,10 +1,10 @@
 //! Object splits of small nodes: every split of the references in the order of their centres, on all axes. For a few references that is
 //! quicker than bins, and it misses nothing.
 
-use super::cost::Sah;
-use super::lanes::{LaneBox, Lanes};
-use super::prim_ref::PrimRef;
-use super::strategy::Child;
+use crate::build::cost::Sah;
+use crate::build::lanes::{LaneBox, Lanes};
+use crate::build::prim_ref::PrimRef;
+use crate::build::top_down::strategy::Child;
 
 /// Largest node that can be swept.
 pub(super) const MAX: usize = 32;

@@ -5,13 +5,13 @@
 //! `levels(n)` is the height of a balanced subtree with full leaves. A strategy is asked only while a child as large as
 //! its parent would still satisfy this; from there on the driver halves.
 
-use super::error::BuildError;
-use super::exec::Executor;
 use super::output::{Branch, Piece};
 use super::partition::halve;
-use super::prim_ref::{PrimRef, PrimRefs};
-use super::progress::Progress;
 use super::strategy::{Child, Decision, NodeTask, Strategy};
+use crate::build::error::BuildError;
+use crate::build::exec::Executor;
+use crate::build::prim_ref::{PrimRef, PrimRefs};
+use crate::build::progress::Progress;
 use crate::tree::{MAX_DEPTH, Node, Tree};
 use std::sync::atomic::{AtomicBool, Ordering};
 

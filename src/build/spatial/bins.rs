@@ -1,10 +1,10 @@
 //! Spatial bins: every reference is chopped into each slab of space that it overlaps, and the planes between slabs compete.
 
-use super::cost::Sah;
-use super::lanes::{LaneBox, Lanes};
-use super::options::Clip;
-use super::prim_ref::PrimRef;
-use super::spatial_chop::{Chopper, Grid};
+use super::chop::{Chopper, Grid};
+use crate::build::cost::Sah;
+use crate::build::lanes::{LaneBox, Lanes};
+use crate::build::prim_ref::PrimRef;
+use crate::build::recipe::options::Clip;
 use crate::geom::Aabb;
 use crate::scene::Mesh;
 

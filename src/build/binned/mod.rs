@@ -2,14 +2,17 @@
 //! references are counted into equal bins over the box of their *centres*, and the planes between bins compete on all
 //! three axes.
 
-use super::bins::{AxisMap, BinMap, Bins};
-use super::cost::Sah;
-use super::exec::Executor;
-use super::options::{Axes, BuildOptions};
-use super::partition::{bounds_of, partition};
-use super::prim_ref::PrimRef;
-use super::strategy::{Child, Decision, NodeTask, Strategy};
-use super::subsets::{EXHAUSTIVE, Subset, best_subset, partition_subset};
+mod bins;
+mod subsets;
+
+use self::bins::{AxisMap, BinMap, Bins};
+use self::subsets::{EXHAUSTIVE, Subset, best_subset, partition_subset};
+use crate::build::cost::Sah;
+use crate::build::exec::Executor;
+use crate::build::prim_ref::PrimRef;
+use crate::build::recipe::options::{Axes, BuildOptions};
+use crate::build::top_down::partition::{bounds_of, partition};
+use crate::build::top_down::strategy::{Child, Decision, NodeTask, Strategy};
 use crate::geom::Aabb;
 
 /// From so many references on, bins are filled in chunks of [`CHUNK`].

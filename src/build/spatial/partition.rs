@@ -1,12 +1,12 @@
 //! Carrying out a spatial split: straddling references are cut in two or, where that is cheaper, put wholly to one side.
 
-use super::binned::scaled_half_area;
-use super::cost::Sah;
-use super::lanes::LaneBox;
-use super::options::Clip;
-use super::prim_ref::PrimRef;
-use super::spatial_bins::SpatialPlane;
-use super::strategy::Child;
+use super::bins::SpatialPlane;
+use crate::build::binned::scaled_half_area;
+use crate::build::cost::Sah;
+use crate::build::lanes::LaneBox;
+use crate::build::prim_ref::PrimRef;
+use crate::build::recipe::options::Clip;
+use crate::build::top_down::strategy::Child;
 use crate::geom::Aabb;
 use crate::geom::clip;
 use crate::scene::Mesh;
@@ -17,7 +17,7 @@ pub(super) struct Cutter<'a> {
     pub mesh: &'a Mesh,
     pub clip: Clip,
     pub unsplit: bool,
-    /// The factor of [`super::area_scale`].
+    /// The factor of [`crate::build::binned::area_scale`].
     pub scale: f32,
 }
 

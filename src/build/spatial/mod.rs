@@ -6,16 +6,21 @@
 //! reference that straddles the plane becomes two, which costs a slot; slots are a budget that every split divides between its
 //! children, so that the answer depends on the node alone and not on who asked first.
 
-use super::binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
-use super::cost::Sah;
-use super::exec::Executor;
-use super::lanes::LaneBox;
-use super::options::{Axes, BuildOptions, Clip};
-use super::prim_ref::PrimRef;
-use super::small_sweep::{self, SmallSplit};
-use super::spatial_bins::{Grids, SpatialBins, SpatialPlane};
-use super::spatial_partition::{Cutter, Parts};
-use super::strategy::{Child, Decision, NodeTask, Strategy};
+mod bins;
+mod chop;
+mod partition;
+mod small_sweep;
+
+use self::bins::{Grids, SpatialBins, SpatialPlane};
+use self::partition::{Cutter, Parts};
+use self::small_sweep::SmallSplit;
+use crate::build::binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
+use crate::build::cost::Sah;
+use crate::build::exec::Executor;
+use crate::build::lanes::LaneBox;
+use crate::build::prim_ref::PrimRef;
+use crate::build::recipe::options::{Axes, BuildOptions, Clip};
+use crate::build::top_down::strategy::{Child, Decision, NodeTask, Strategy};
 use crate::geom::Aabb;
 use crate::scene::Mesh;
 

@@ -1,8 +1,8 @@
 //! Names of the options' values: one table each for printing, parsing and help.
 
-use super::error::BuildError;
 use super::options::{Axes, Clip, Levels, Method, Preset};
 use super::registry::METHODS;
+use crate::build::error::BuildError;
 use std::fmt;
 use std::str::FromStr;
 

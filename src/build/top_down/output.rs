@@ -1,13 +1,13 @@
 //! Where finished nodes go: pieces of a tree that grow side by side, and their concatenation in canonical order.
 
-use super::exec::Executor;
-use super::prim_ref::PrimRef;
+use crate::build::exec::Executor;
+use crate::build::prim_ref::PrimRef;
 use crate::geom::Aabb;
 use crate::tree::{Node, Tree};
 
 /// Everything below one node, in canonical order, with indices that count from the piece's own start.
 #[derive(Debug, Default)]
-pub(super) struct Piece {
+pub(in crate::build) struct Piece {
     pub nodes: Vec<Node>,
     pub refs: Vec<u32>,
 }
@@ -64,7 +64,7 @@ impl Piece {
 
 /// The upper part of a tree whose subtrees were built as separate tasks.
 #[derive(Debug)]
-pub(super) enum Branch {
+pub(in crate::build) enum Branch {
     /// A finished subtree: its root's record, and everything below.
     Piece {
         root: Node,

@@ -3,7 +3,7 @@
 //! These boxes are estimates, a rounding error too small or too large: they choose a plane and are thrown away. Boxes that
 //! survive are made by [`crate::geom::clip`], which rounds outward.
 
-use super::lanes::{LaneBox, Lanes};
+use crate::build::lanes::{LaneBox, Lanes};
 use crate::scene::Mesh;
 
 /// A triangle's corners, loaded once for all axes.

@@ -1,13 +1,16 @@
 //! A whole scene: decide between one level and two, build every tree, and hand over what a cache file stores.
 
-use super::bake::{self, bake};
-use super::error::BuildError;
-use super::exec::Executor;
-use super::options::{BuildOptions, Levels, Method};
-use super::prim_ref::PrimRef;
-use super::progress::Progress;
-use super::spatial::budgeted_slots;
-use super::{build_tree, tlas};
+mod bake;
+pub mod tlas;
+
+use self::bake::bake;
+use crate::build::build_tree;
+use crate::build::error::BuildError;
+use crate::build::exec::Executor;
+use crate::build::prim_ref::PrimRef;
+use crate::build::progress::Progress;
+use crate::build::recipe::options::{BuildOptions, Levels, Method};
+use crate::build::spatial::budgeted_slots;
 use crate::geom::{Aabb, Affine};
 use crate::scene::{Instance, Mesh, Part, Scene};
 use crate::tree::{Accel, Tree};

@@ -3,9 +3,9 @@
 //! Most nodes of a tree are that small. Seven splits of four references are fewer than the planes between four bins on
 //! three axes, and no plane can do better.
 
-use super::cost::Sah;
-use super::lanes::{LaneBox, Lanes};
-use super::prim_ref::PrimRef;
+use crate::build::cost::Sah;
+use crate::build::lanes::{LaneBox, Lanes};
+use crate::build::prim_ref::PrimRef;
 use crate::geom::Aabb;
 
 /// Most references for which every split is tried.

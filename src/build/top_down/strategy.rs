@@ -1,5 +1,5 @@
-use super::exec::Executor;
-use super::prim_ref::PrimRef;
+use crate::build::exec::Executor;
+use crate::build::prim_ref::PrimRef;
 use crate::geom::Aabb;
 
 /// What the driver asks a strategy about: one node with at least two references.

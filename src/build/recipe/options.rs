@@ -1,6 +1,6 @@
 //! Everything that a user can ask of a build and that changes its output, with the presets as their expansions.
 
-use super::error::BuildError;
+use crate::build::error::BuildError;
 
 /// How trees are built. A name in the registry; more follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

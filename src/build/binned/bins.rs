@@ -1,8 +1,8 @@
 //! Object bins: which bin a reference falls into, filling them, and the cheapest plane between two of them.
 
-use super::cost::Sah;
-use super::lanes::{LaneBox, Lanes};
-use super::prim_ref::PrimRef;
+use crate::build::cost::Sah;
+use crate::build::lanes::{LaneBox, Lanes};
+use crate::build::prim_ref::PrimRef;
 use crate::geom::Aabb;
 
 /// Maps a doubled centre to a bin on each axis.

@@ -1,9 +1,9 @@
 //! Moving references to their side of a split.
 
-use super::exec::Executor;
-use super::lanes::LaneBox;
-use super::prim_ref::PrimRef;
 use super::strategy::{Child, NodeTask};
+use crate::build::exec::Executor;
+use crate::build::lanes::LaneBox;
+use crate::build::prim_ref::PrimRef;
 use crate::geom::Aabb;
 
 /// From so many references on, a node is partitioned in chunks of [`CHUNK`]. Constants: the order of the references
@@ -15,7 +15,7 @@ const CHUNK: usize = 1 << 13;
 type Sides = [LaneBox; 2];
 
 /// Put the references with `goes_left` first. Returns how many those are, and both sides' centroid boxes.
-pub(super) fn partition(
+pub(in crate::build) fn partition(
     refs: &mut [PrimRef],
     exec: &Executor,
     goes_left: impl Fn(&PrimRef) -> bool + Sync,
@@ -128,7 +128,7 @@ fn cut(mut slice: &mut [PrimRef], ranges: Vec<std::ops::Range<usize>>) -> Vec<&m
 
 /// The driver's split where no strategy has one: the references in the order of their centres along the longest side of
 /// the centroid box, equal centres in the order of their numbers, cut in the middle.
-pub(super) fn halve(task: &NodeTask, slots: &mut [PrimRef]) -> (Child, Child) {
+pub(in crate::build) fn halve(task: &NodeTask, slots: &mut [PrimRef]) -> (Child, Child) {
     let middle = task.live.div_ceil(2);
     let extent = task.centroids.extent();
     let axis = (1..3).fold(0, |best, a| if extent[a] > extent[best] { a } else { best });
