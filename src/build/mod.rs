@@ -14,6 +14,8 @@ mod exec;
 mod lanes;
 mod prim_ref;
 mod progress;
+#[cfg_attr(not(test), allow(dead_code))] // The sweep and the agglomerative builder call it.
+mod radix;
 mod recipe;
 mod spatial;
 mod top_down;

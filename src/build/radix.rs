@@ -1,0 +1,210 @@
+//! Sorting by integer keys, as fast on many threads as on one, with a result that no thread count can change: the order
+//! is total, so every way of sorting gives the same sequence.
+//!
+//! A most significant digit first radix sort. A run of items is dealt into [`BUCKETS`] buckets by where their keys stand
+//! between the smallest and the largest key of the run; small buckets are sorted by comparison, large ones are dealt
+//! again. Counting from the range rather than from fixed bits suits both Morton codes of a scene that fills a corner of
+//! its box and the bit patterns of floats, most of which share an exponent.
+
+use super::exec::Executor;
+
+/// What can be sorted: the whole item is ordered, and its prefix never contradicts that order.
+pub(super) trait RadixKey: Copy + Ord + Send + Sync {
+    /// `a < b` implies `a.prefix() <= b.prefix()`.
+    fn prefix(&self) -> u64;
+}
+
+/// A 64-bit key and what it belongs to. Equal keys are in the order of their indices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Keyed {
+    pub key: u64,
+    pub index: u32,
+}
+
+impl RadixKey for Keyed {
+    #[inline(always)]
+    fn prefix(&self) -> u64 {
+        self.key
+    }
+}
+
+/// A 32-bit key above a 32-bit index, say: half the memory of [`Keyed`].
+impl RadixKey for u64 {
+    #[inline(always)]
+    fn prefix(&self) -> u64 {
+        *self
+    }
+}
+
+/// Bits of the digit that a run is dealt by. So many cursors still fit the first-level cache.
+const DIGIT: u32 = 10;
+const BUCKETS: usize = 1 << DIGIT;
+/// Runs of at most so many items are sorted by comparison.
+const SMALL: usize = 1 << 11;
+/// Items that one task counts and deals.
+const CHUNK: usize = 1 << 16;
+
+/// Sort in O(n log n) at worst, with a copy of the items as scratch memory.
+pub(super) fn sort<T: RadixKey>(items: &mut [T], exec: &Executor) {
+    if items.len() <= SMALL {
+        return items.sort_unstable();
+    }
+    let mut scratch = items.to_vec();
+    exec.run(|| deal(items, &mut scratch, Place::Items, exec));
+}
+
+/// Where the items of a run are when it is dealt.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Place {
+    /// Where they must be in the end.
+    Items,
+    Scratch,
+}
+
+/// Sort the run that stands at `place` so that it ends in `items`. Recurses at most as often as a prefix has digits, since
+/// every time the range of prefixes shrinks by a factor of [`BUCKETS`].
+fn deal<T: RadixKey>(items: &mut [T], scratch: &mut [T], place: Place, exec: &Executor) {
+    let source: &[T] = if place == Place::Items { items } else { scratch };
+    let Some(digit) = Digit::of(source, exec) else {
+        // One prefix for all.
+        if place == Place::Scratch {
+            items.copy_from_slice(scratch);
+        }
+        return items.sort_unstable();
+    };
+    let (from, to, next): (&[T], &mut [T], Place) = match place {
+        Place::Items => (items, scratch, Place::Scratch),
+        Place::Scratch => (scratch, items, Place::Items),
+    };
+    let sizes = scatter(from, to, digit, exec);
+
+    // Finish every bucket by itself, the larger ones by dealing them again.
+    let (mut items, mut scratch) = (items, scratch);
+    let mut buckets = Vec::new();
+    for size in sizes.into_iter().filter(|size| *size > 0) {
+        buckets.push((cut(&mut items, size), cut(&mut scratch, size)));
+    }
+    exec.map(buckets, |_, (items, scratch)| {
+        if items.len() > SMALL {
+            return deal(items, scratch, next, exec);
+        }
+        if next == Place::Scratch {
+            items.copy_from_slice(scratch);
+        }
+        items.sort_unstable();
+    });
+}
+
+/// Which bucket a prefix belongs to.
+#[derive(Clone, Copy)]
+struct Digit {
+    low: u64,
+    shift: u32,
+}
+
+impl Digit {
+    /// `None` where all prefixes are equal.
+    fn of<T: RadixKey>(items: &[T], exec: &Executor) -> Option<Digit> {
+        let ranges = exec.map_chunks(items, CHUNK, |_, chunk| {
+            chunk.iter().fold((u64::MAX, 0), |(low, high), item| (low.min(item.prefix()), high.max(item.prefix())))
+        });
+        let (low, high) = ranges.into_iter().fold((u64::MAX, 0), |a: (u64, u64), b| (a.0.min(b.0), a.1.max(b.1)));
+        (low < high).then(|| Digit { low, shift: (64 - (high - low).leading_zeros()).saturating_sub(DIGIT) })
+    }
+
+    #[inline(always)]
+    fn bucket<T: RadixKey>(self, item: &T) -> usize {
+        ((item.prefix() - self.low) >> self.shift) as usize % BUCKETS
+    }
+}
+
+/// Copy every item into its bucket, keeping the order inside buckets; returns the buckets' sizes.
+fn scatter<T: RadixKey>(from: &[T], to: &mut [T], digit: Digit, exec: &Executor) -> Vec<usize> {
+    let counts = exec.map_chunks(from, CHUNK, |_, chunk| {
+        let mut counts = vec![0u32; BUCKETS];
+        for item in chunk {
+            counts[digit.bucket(item)] += 1;
+        }
+        counts
+    });
+
+    // Give every chunk its own run of every bucket.
+    let mut rest = to;
+    let mut slots: Vec<Vec<&mut [T]>> = counts.iter().map(|_| Vec::with_capacity(BUCKETS)).collect();
+    let mut sizes = Vec::with_capacity(BUCKETS);
+    for bucket in 0..BUCKETS {
+        for (slots, counts) in slots.iter_mut().zip(&counts) {
+            slots.push(cut(&mut rest, counts[bucket] as usize));
+        }
+        sizes.push(counts.iter().map(|counts| counts[bucket] as usize).sum());
+    }
+    let jobs: Vec<(&[T], Vec<&mut [T]>)> = from.chunks(CHUNK).zip(slots).collect();
+    exec.map(jobs, |_, (chunk, mut slots)| {
+        for item in chunk {
+            let slot = &mut slots[digit.bucket(item)];
+            // As long as counted: never empty here.
+            if let Some((first, others)) = std::mem::take(slot).split_first_mut() {
+                *first = *item;
+                *slot = others;
+            }
+        }
+    });
+    sizes
+}
+
+fn cut<'a, T>(slice: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let (head, tail) = std::mem::take(slice).split_at_mut(count);
+    *slice = tail;
+    head
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A linear congruential generator: the same numbers everywhere.
+    fn numbers(count: usize, seed: u64) -> Vec<u64> {
+        let mut state = seed;
+        let step = |_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state ^ state >> 29
+        };
+        (0..count).map(step).collect()
+    }
+
+    fn assert_sorts(name: &str, keys: impl Iterator<Item = u64>) {
+        let items: Vec<Keyed> = keys.enumerate().map(|(i, key)| Keyed { key, index: i as u32 }).collect();
+        let mut expected = items.clone();
+        expected.sort();
+        for jobs in [1, 2, 3] {
+            let mut sorted = items.clone();
+            sort(&mut sorted, &Executor::new(jobs).unwrap());
+            assert!(sorted == expected, "{name} with {jobs} threads");
+        }
+    }
+
+    #[test]
+    fn keys_of_every_shape_are_sorted() {
+        let count = 3 * CHUNK + 17;
+        assert_sorts("63 random bits", numbers(count, 1).into_iter().map(|k| k >> 1));
+        assert_sorts("all 64 bits", numbers(count, 2).into_iter());
+        assert_sorts("few keys", numbers(count, 3).into_iter().map(|k| k % 3));
+        assert_sorts("one key", std::iter::repeat_n(u64::MAX, count));
+        assert_sorts("descending", (0..count as u64).rev());
+        assert_sorts("far apart", (0..count as u64).map(|i| if i % 7 == 0 { u64::MAX - i % 5 } else { i % 5000 }));
+        assert_sorts("a geometric series", (0..count as u64).map(|i| u64::MAX >> (i % 64)));
+        assert_sorts("floats", numbers(count, 4).into_iter().map(|k| u64::from((k as f32 * 1e-19).to_bits())));
+        for few in [0, 1, 2, 3, SMALL, SMALL + 1] {
+            assert_sorts("a few", numbers(few, 5).into_iter());
+        }
+    }
+
+    #[test]
+    fn packed_keys_are_sorted() {
+        let mut packed = numbers(CHUNK + 5, 6);
+        let mut expected = packed.clone();
+        expected.sort_unstable();
+        sort(&mut packed, &Executor::sequential());
+        assert!(packed == expected);
+    }
+}
