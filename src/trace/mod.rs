@@ -40,5 +40,7 @@ mod slab;
 mod traverse;
 
 pub use hit::{Hit, Malformed};
+#[doc(hidden)]
+pub use observe::Fault;
 pub use observe::{Counters, NoObserver, Observer};
 pub use traverse::{any_hit, closest_hit, try_any_hit, try_closest_hit};

@@ -1,11 +1,41 @@
 /// Told what a traversal does; all its methods do nothing unless they are overridden, and then cost nothing.
+///
+/// The first three count. The others tell a log where the traversal is: nodes, slots and instances are numbers of records, those
+/// of a tree counted from the tree's own start.
 pub trait Observer {
+    /// A mistake that traversal makes on purpose, so that tests can show that verification finds it. A constant, so that
+    /// traversal without one holds no trace of it.
+    #[doc(hidden)]
+    const FAULT: Option<Fault> = None;
+
     /// An inner node was entered: the boxes of its two children are tested.
     fn inner_node(&mut self) {}
     /// A triangle was tested.
     fn triangle(&mut self) {}
     /// A ray was mapped into an instance.
     fn instance(&mut self) {}
+
+    /// The root's box was tested.
+    fn root(&mut self, _met: bool) {}
+    /// The boxes of nodes `first` and `first + 1` were tested: where the ray enters them, and a bit for each that it meets.
+    fn pair(&mut self, _first: u32, _near: [f32; 2], _met: u32) {}
+    /// A node that was put off is taken up again, or dropped because it lies behind the best hit.
+    fn resume(&mut self, _node: u32, _near: f32, _dropped: bool) {}
+    /// The ray crosses the triangle of this slot at `t`; `accepted` if that lies in range and not behind the best hit.
+    fn crossing(&mut self, _slot: usize, _t: f64, _accepted: bool) {}
+    /// The walk goes into the tree of instance record `record`, and comes back.
+    fn enter(&mut self, _record: usize) {}
+    fn leave(&mut self) {}
+}
+
+/// See [`Observer::FAULT`].
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// Which plane of a slab is entered first is read off the sign bit, so that a direction of −0 enters by the wrong one.
+    SignOfZero,
+    /// Of two children the farther is entered first, and the nearer put off with the farther's distance.
+    Order,
 }
 
 pub struct NoObserver;

@@ -75,6 +75,13 @@ impl Slabs {
         }
     }
 
+    /// [`Fault::SignOfZero`](super::observe::Fault).
+    pub fn entering_by_sign(mut self, direction: [f64; 3]) -> Slabs {
+        let [x, y, z] = direction.map(|d| f32::from_bits(if d.is_sign_negative() { u32::MAX } else { 0 }));
+        self.enters_high = lanes::of([x, y, z, 0.0]);
+        self
+    }
+
     /// What [`Slabs::pair`] takes as the part of the ray that counts: from its start to `limit`.
     #[inline(always)]
     pub fn reach(&self, limit: f32) -> Lanes {

@@ -2,10 +2,10 @@
 
 use super::hit::{Best, Hit, Malformed};
 use super::intersect::EdgeRay;
-use super::observe::{NoObserver, Observer};
+use super::observe::{Fault, NoObserver, Observer};
 use super::slab::{Slabs, widened};
 use crate::cache::{BlasView, InstanceRecord, TriangleRecord, View};
-use crate::geom::Ray;
+use crate::geom::{Aabb, Ray};
 use crate::tree::{MAX_DEPTH, Node};
 
 /// The nearest point where the ray meets the scene with `t_min <= t <= t_max`, both sides of a triangle alike.
@@ -56,7 +56,7 @@ fn trace<const ANY: bool>(view: &View<'_>, ray: &Ray, observer: &mut impl Observ
             tree.trace::<ANY>(origin, direction, ray.t_min, &mut best, &mut stack, observer)?;
         }
     } else {
-        let slabs = Slabs::new(origin, direction, &view.tlas_nodes[0].bounds(), ray.t_min);
+        let slabs = slabs_for(observer, origin, direction, &view.tlas_nodes[0].bounds(), ray.t_min);
         let mut top_stack = Stack::new();
         walk(
             view.tlas_nodes,
@@ -75,9 +75,11 @@ fn trace<const ANY: bool>(view: &View<'_>, ray: &Ray, observer: &mut impl Observ
                     let (origin, direction) = to_object(instance, origin, direction);
                     let tree = Bottom { blas, first_triangle, instance: Some(instance.id) };
                     observer.instance();
+                    observer.enter(index);
                     if tree.trace::<ANY>(origin, direction, ray.t_min, best, &mut stack, observer)? {
                         return Ok(true);
                     }
+                    observer.leave();
                 }
                 Ok(false)
             },
@@ -114,7 +116,7 @@ impl Bottom<'_> {
     ) -> Result<bool, Malformed> {
         let Some(root) = self.blas.nodes.first() else { return Ok(false) };
         let edges = EdgeRay::new(origin, direction);
-        let slabs = Slabs::new(origin, direction, &root.bounds(), t_min);
+        let slabs = slabs_for(observer, origin, direction, &root.bounds(), t_min);
         match edges.dominant {
             0 => self.trace_along::<ANY, 0>(&edges, &slabs, t_min, best, stack, observer),
             1 => self.trace_along::<ANY, 1>(&edges, &slabs, t_min, best, stack, observer),
@@ -138,13 +140,14 @@ impl Bottom<'_> {
                 if edges.surely_misses::<AXIS>(triangle) {
                     continue;
                 }
-                if let Some(c) = edges.crossing::<AXIS>([&triangle.v0, &triangle.v1, &triangle.v2])
-                    && c.t >= t_min
-                    && c.t <= best.t
-                {
-                    best.offer(c.t, self.hit(c, triangle, start + i));
-                    if ANY {
-                        return Ok(true);
+                if let Some(c) = edges.crossing::<AXIS>([&triangle.v0, &triangle.v1, &triangle.v2]) {
+                    let accepted = c.t >= t_min && c.t <= best.t;
+                    observer.crossing(start + i, c.t, accepted);
+                    if accepted {
+                        best.offer(c.t, self.hit(c, triangle, start + i));
+                        if ANY {
+                            return Ok(true);
+                        }
                     }
                 }
             }
@@ -201,7 +204,9 @@ fn walk<T, O: Observer>(
     mut leaf: impl FnMut(usize, &[T], &mut Best, &mut O) -> Result<bool, Malformed>,
 ) -> Result<bool, Malformed> {
     let Some(root) = nodes.first() else { return Ok(false) };
-    if !slabs.meets(root, best.limit) {
+    let met = slabs.meets(root, best.limit);
+    observer.root(met);
+    if !met {
         return Ok(false);
     }
     let (mut reach, mut farthest) = (slabs.reach(best.limit), widened(best.limit));
@@ -219,7 +224,11 @@ fn walk<T, O: Observer>(
                 return not_a_tree(nodes.len());
             }
             pairs_left -= 1;
-            let (near, hits) = slabs.pair(pair, reach);
+            let (mut near, hits) = slabs.pair(pair, reach);
+            if O::FAULT == Some(Fault::Order) {
+                near.swap(0, 1);
+            }
+            observer.pair(first, near, hits);
             if hits == 0b11 {
                 if depth >= STACK {
                     return too_deep();
@@ -264,6 +273,7 @@ fn walk<T, O: Observer>(
             }
             depth -= 1;
             let pending = stack.entries[depth % STACK];
+            observer.resume(pending.node, pending.near, !(pending.near <= farthest));
             if pending.near <= farthest {
                 let Some(node) = nodes.get(pending.node as usize) else {
                     return child_out_of_range(pending.node, nodes.len());
@@ -273,6 +283,13 @@ fn walk<T, O: Observer>(
             }
         }
     }
+}
+
+/// The ray made ready for the boxes of one tree.
+#[inline(always)]
+fn slabs_for<O: Observer>(_: &O, origin: [f64; 3], direction: [f64; 3], bounds: &Aabb, t_min: f32) -> Slabs {
+    let slabs = Slabs::new(origin, direction, bounds, t_min);
+    if O::FAULT == Some(Fault::SignOfZero) { slabs.entering_by_sign(direction) } else { slabs }
 }
 
 /// Keep the compiler from turning the branch that this stands in into a choice of values. Processors guess branches and
