@@ -2,7 +2,7 @@
 
 use super::brute::{Answer, Candidate, Oracle, Source};
 use super::{Hit, closest_hit};
-use crate::cache::View;
+use crate::cache::{NO_NODE, View};
 use crate::geom::Ray;
 use rayon::prelude::*;
 
@@ -122,10 +122,15 @@ pub fn judge(view: &View<'_>, oracle: &Oracle<'_>, answer: &Answer, hit: Option<
 /// Whether a hit's ids are those of a source triangle.
 fn names(view: &View<'_>, oracle: &Oracle<'_>, hit: &Hit, source: Source) -> bool {
     let scene = oracle.scene();
-    let mesh = &scene.meshes[scene.instances[source.instance as usize].mesh as usize];
+    let instance = &scene.instances[source.instance as usize];
+    let mesh = &scene.meshes[instance.mesh as usize];
     let part = mesh.parts.partition_point(|p| p.first_triangle + p.triangle_count <= source.triangle);
     let (Some(part), Some(geom)) = (mesh.parts.get(part), view.geoms.get(hit.geom as usize)) else { return false };
+
+    // A one-level file tells copies of a part apart by the node that was baked into them.
+    let node = part.baked_node.unwrap_or(instance.node);
     hit.instance.is_none_or(|id| id == source.instance)
         && hit.prim == mesh.source_prim(source.triangle as usize)
         && (geom.source_mesh, geom.source_part) == (part.source_mesh, part.source_part)
+        && (geom.baked_node == NO_NODE || geom.baked_node == node)
 }

@@ -7,7 +7,9 @@
 mod cpu;
 mod device;
 mod record;
+mod stored;
 
 pub use cpu::Cpu;
 pub use device::{Device, DeviceError, Query};
 pub use record::{HitRecord, NO_HIT, NO_INSTANCE, RayRecord};
+pub use stored::{NotAScene, scene_of_file};

@@ -1,48 +1,13 @@
 //! Ray sets: fair samples and seekers of trouble, the same on every machine for the same seed.
 
+pub mod grid;
+mod random;
+
+pub use random::Random;
+
 use crate::geom::vector::{cross, dot, sub};
 use crate::geom::{Aabb, Ray};
 use crate::scene::Scene;
-
-/// SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014). Fifteen lines of our own, because
-/// ray sets must never change under a library's update.
-#[derive(Clone, Debug)]
-pub struct Random(u64);
-
-impl Random {
-    pub fn new(seed: u64) -> Random {
-        Random(seed)
-    }
-
-    pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in 0..1, 53 bits.
-    pub fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 * 2f64.powi(-53)
-    }
-
-    /// Uniform in 0..n for n > 0; the bias of at most n·2⁻⁶⁴ is accepted.
-    pub fn below(&mut self, n: u64) -> u64 {
-        ((u128::from(self.bits()) * u128::from(n)) >> 64) as u64
-    }
-
-    /// Uniform on the unit sphere: a point of the ball, found by rejection and scaled, so that no `sin` of some platform enters.
-    pub fn direction(&mut self) -> [f64; 3] {
-        loop {
-            let p = [0; 3].map(|_| 2.0 * self.unit() - 1.0);
-            let squared = dot(p, p);
-            if (1e-6..=1.0).contains(&squared) {
-                return p.map(|c| c / squared.sqrt());
-            }
-        }
-    }
-}
 
 /// What a set of rays is after.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
