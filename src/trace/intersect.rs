@@ -98,7 +98,8 @@ impl EdgeRay {
     ///
     /// The distance is that of the triangle's plane: its normal is a difference of products that are exact in `f64`, so the distance
     /// is good for slivers too, where the ratio of the edge functions is not. Kept within the corners' depths, it stays
-    /// sensible for planes that the ray nearly lies in.
+    /// sensible for planes that the ray nearly lies in. A distance of zero is always positive: which of two zeros a minimum is
+    /// differs between processors.
     #[inline(never)]
     pub fn crossing<const AXIS: usize>(&self, corners: [&[f32; 3]; 3]) -> Option<Crossing> {
         let (kx, ky) = others(AXIS);
@@ -124,7 +125,7 @@ impl EdgeRay {
         let depths = [a.2, b.2, c.2].map(|z| z / d[AXIS]);
         let (first, last) = (depths[0].min(depths[1]).min(depths[2]), depths[0].max(depths[1]).max(depths[2]));
         let t = (ahead / (n[0] * d[0] + n[1] * d[1] + n[2] * d[2])).max(first).min(last);
-        Some(Crossing { t, u: v / sum, v: w / sum })
+        Some(Crossing { t: t + 0.0, u: v / sum, v: w / sum })
     }
 }
 

@@ -1,8 +1,8 @@
 use super::device::{Device, DeviceError, Query};
-use super::record::{HitRecord, NO_HIT};
+use super::record::HitRecord;
 use crate::cache::View;
 use crate::geom::Ray;
-use crate::trace::{NoObserver, try_any_hit, try_closest_hit};
+use crate::trace::{Malformed, NoObserver, try_any_hit, try_closest_hit};
 use rayon::prelude::*;
 
 /// The library's own traversal, on all threads.
@@ -30,15 +30,13 @@ impl Device for Cpu<'_> {
     }
 
     fn trace(&mut self, rays: &[Ray], query: Query) -> Result<Vec<HitRecord>, DeviceError> {
-        let one = |ray: &Ray| -> Result<HitRecord, DeviceError> {
-            Ok(match query {
-                Query::Closest => try_closest_hit(&self.view, ray, &mut NoObserver)?.into(),
-                Query::Any if try_any_hit(&self.view, ray, &mut NoObserver)? => {
-                    HitRecord { triangle: 0, ..HitRecord::MISS }
-                }
-                Query::Any => HitRecord { triangle: NO_HIT, ..HitRecord::MISS },
-            })
+        let one = |ray: &Ray| match query {
+            Query::Closest => Ok(try_closest_hit(&self.view, ray, &mut NoObserver)?.into()),
+            Query::Any => Ok(HitRecord::any(try_any_hit(&self.view, ray, &mut NoObserver)?)),
         };
-        rays.par_iter().map(one).collect()
+        // Collected first, so that of several errors the first ray's is told whatever thread met one first.
+        let records: Vec<Result<HitRecord, Malformed>> = rays.par_iter().map(one).collect();
+        let failed = |malformed| DeviceError::Malformed { device: "the CPU".into(), malformed };
+        records.into_iter().collect::<Result<_, _>>().map_err(failed)
     }
 }

@@ -6,6 +6,8 @@
 
 mod cpu;
 mod device;
+#[cfg(feature = "opencl")]
+pub mod opencl;
 mod record;
 mod stored;
 

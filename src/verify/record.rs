@@ -48,6 +48,11 @@ impl HitRecord {
     pub const MISS: HitRecord =
         HitRecord { t: 0, u: 0, v: 0, prim: 0, geom: 0, instance: NO_INSTANCE, triangle: NO_HIT, status: 0 };
 
+    /// The answer to [`Query::Any`](super::Query::Any).
+    pub fn any(hit: bool) -> HitRecord {
+        HitRecord { triangle: if hit { 0 } else { NO_HIT }, ..HitRecord::MISS }
+    }
+
     pub fn is_hit(&self) -> bool {
         self.triangle != NO_HIT
     }

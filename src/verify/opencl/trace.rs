@@ -1,0 +1,129 @@
+use super::context::Context;
+use super::driver::{Arg, Buffer, Kernel, Program, Status};
+use super::list::failed;
+use super::scene::Scene;
+use super::status::malformed;
+use crate::cache::View;
+use crate::geom::Ray;
+use crate::verify::{Device, DeviceError, HitRecord, Query, RayRecord};
+use std::time::{Duration, Instant};
+
+/// One file on one OpenCL device.
+///
+/// Rays go in batches: so small at first that even a slow device answers soon, and twice as large as long as a launch stays under
+/// [`OpenCl::LAUNCH`], because drivers of displays kill what runs for seconds.
+pub struct OpenCl<'a> {
+    name: String,
+    scene: Scene<'a>,
+    traverse: Kernel,
+    group_size: usize,
+    rays: Buffer<'static>,
+    hits: Buffer<'static>,
+    /// Rays in the next launch.
+    batch: usize,
+    /// Rays that fit the buffers.
+    room: usize,
+    _program: Program,
+    context: &'a Context,
+}
+
+impl<'a> OpenCl<'a> {
+    /// The time that a launch is meant to take.
+    pub const LAUNCH: Duration = Duration::from_millis(100);
+    const FIRST_BATCH: usize = 1 << 12;
+    const LARGEST_BATCH: usize = 1 << 20;
+
+    /// Bring a file to a device.
+    ///
+    /// # Errors
+    /// Where the device has too little memory or its compiler refuses the kernels.
+    pub fn new(context: &'a Context, view: View<'a>) -> Result<OpenCl<'a>, DeviceError> {
+        let fails = |status| failed(&context.info.summary(), status);
+        let scene = Scene::new(context, &view)?;
+        let program = context.compile(scene.parts)?;
+        let traverse = context.kernel(&program, c"traverse")?;
+        let group_size = traverse.group_size(context.id, 64).map_err(fails)?;
+
+        // A sixteenth of what a buffer may have is enough room for rays.
+        let most = context.options.max_allocation.unwrap_or(u64::MAX).min(context.info.max_allocation);
+        let fitting = (most / 16) as usize / size_of::<RayRecord>();
+        let room = fitting.clamp(group_size, Self::LARGEST_BATCH).next_multiple_of(group_size);
+        let buffer = |bytes: usize| Buffer::new(&context.handle, bytes).map_err(fails);
+        Ok(OpenCl {
+            name: format!("opencl:{}", context.info.index),
+            rays: buffer(room * size_of::<RayRecord>())?,
+            hits: buffer(room * size_of::<HitRecord>())?,
+            scene,
+            traverse,
+            group_size,
+            batch: Self::FIRST_BATCH.min(room),
+            room,
+            _program: program,
+            context,
+        })
+    }
+
+    /// Bytes of the file that were copied to the device; 0 where it reads them in place.
+    pub fn copied_bytes(&self) -> u64 {
+        self.scene.copied
+    }
+
+    fn launch(&mut self, rays: &[RayRecord], hits: &mut [HitRecord], query: Query) -> Result<(), Status> {
+        self.rays.write(&self.context.queue, 0, rays)?;
+        let mut args = self.scene.args();
+        args.extend([Arg::Buffer(&self.rays), Arg::Buffer(&self.hits)]);
+        args.extend([Arg::U32(rays.len() as u32), Arg::U32(u32::from(query == Query::Any))]);
+        let groups = rays.len().div_ceil(self.group_size);
+
+        // SAFETY: these are the kernel's parameters. It checks every index that it takes from the file against the counts given, and its own number
+        // against `rays.len()`, for which both buffers have room; its loops are bounded by the counts on any data.
+        #[allow(unsafe_code)]
+        unsafe {
+            self.traverse.run(&self.context.queue, &args, groups, self.group_size)?;
+        }
+        self.hits.read(&self.context.queue, 0, hits)
+    }
+}
+
+impl Device for OpenCl<'_> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn description(&self) -> String {
+        self.context.info.summary()
+    }
+
+    fn deviation(&self) -> Option<String> {
+        self.context.deviation.clone()
+    }
+
+    fn trace(&mut self, rays: &[Ray], query: Query) -> Result<Vec<HitRecord>, DeviceError> {
+        let mut out = vec![HitRecord::MISS; rays.len()];
+        let mut done = 0;
+        while done < rays.len() {
+            let end = (done + self.batch).min(rays.len());
+            let batch: Vec<RayRecord> = rays[done..end].iter().map(RayRecord::from).collect();
+            let began = Instant::now();
+            self.launch(&batch, &mut out[done..end], query)
+                .map_err(|status| failed(&self.context.info.summary(), status))?;
+            if let Some(malformed) = out[done..end].iter().find_map(malformed) {
+                return Err(DeviceError::Malformed { device: self.description(), malformed });
+            }
+            self.batch = next_batch(self.batch, began.elapsed(), self.room);
+            done = end;
+        }
+        Ok(out)
+    }
+}
+
+/// How many rays to take next, after `batch` of them took `time`.
+fn next_batch(batch: usize, time: Duration, room: usize) -> usize {
+    if time > 2 * OpenCl::LAUNCH {
+        (batch / 2).max(64)
+    } else if time < OpenCl::LAUNCH / 2 {
+        (batch * 2).min(room)
+    } else {
+        batch
+    }
+}
