@@ -1,51 +1,58 @@
-//! Build time and tree quality, a row per scene and preset:
-//! `cargo run --release --example build_stats -- [--jobs N] [--repeat N] [--set option=value]… [--preset NAME]… FILE…`
+//! Build time and tree quality, a row per scene and recipe:
+//! `cargo run --release --example build_stats -- [--jobs N] [--repeat N] [--rays N] [--set option=value]… [--recipe RECIPE]… FILE…`
 //!
-//! SAH with the report constants over leaves as stored; ms is the least of the repeats, reading excluded.
+//! A recipe is a preset or a method and what is set on top, as in `draft`, `sweep` or `bonsai,prune=0.01`; --set counts for all. SAH with
+//! the report constants over leaves as stored; ms is the least of the repeats, in which recipes take turns, reading excluded. With
+//! --rays, the last column is the mean of 1.2·(inner nodes) + triangles per ray over three sets of so many rays: chords, bounces and
+//! occlusion.
 
-use bvhc::build::{self, Axes, BuildOptions, Clip, Executor, Levels, Method, NoProgress, Preset};
-use bvhc::scene::{self, Mesh, ReadOptions};
+use bvhc::build::{self, Axes, BuildOptions, Clip, Executor, Levels, Method, Named, NoProgress, Preset};
+use bvhc::cache::Image;
+use bvhc::geom::Affine;
+use bvhc::scene::{self, Instance, ReadOptions, Scene};
+use bvhc::trace::rays::{RaySet, Sampler};
+use bvhc::trace::{Counters, try_any_hit, try_closest_hit};
 use bvhc::tree::quality::sah;
+use bvhc::tree::{Accel, Tree};
 use std::time::Instant;
 
 fn main() {
-    let (mut jobs, mut repeat, mut sets, mut files, mut presets) = (0, 3, Vec::new(), Vec::new(), Vec::new());
+    let (mut jobs, mut repeat, mut rays) = (0, 3, 0);
+    let (mut sets, mut files, mut recipes) = (Vec::new(), Vec::new(), Vec::new());
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         let mut value = || args.next().expect("a value after the option");
         match arg.as_str() {
             "--jobs" => jobs = value().parse().expect("a number of threads"),
             "--repeat" => repeat = value().parse().expect("a number of builds"),
+            "--rays" => rays = value().parse().expect("a number of rays"),
             "--set" => sets.push(value()),
-            "--preset" => presets.push(value()),
+            "--recipe" | "--preset" => recipes.push(value()),
             _ => files.push(arg),
         }
     }
-    if presets.is_empty() {
-        presets = ["draft", "balanced", "best"].map(String::from).to_vec();
+    if recipes.is_empty() {
+        recipes = ["draft", "balanced", "best"].map(String::from).to_vec();
     }
+    let options: Vec<BuildOptions> = recipes.iter().map(|recipe| options_of(recipe, &sets)).collect();
     let exec = Executor::new(jobs).expect("threads");
-    println!("| scene | triangles | preset | ms | ms/Mtri | SAH | refs/tri | depth | nodes |");
-    println!("|---|--:|---|--:|--:|--:|--:|--:|--:|");
+    println!("| scene | triangles | recipe | ms | ms/Mtri | SAH | refs/tri | depth | nodes | ray cost |");
+    println!("|---|--:|---|--:|--:|--:|--:|--:|--:|--:|");
     for file in &files {
-        let mesh = read(file);
-        for preset in &presets {
-            let mut options = BuildOptions::preset(match preset.as_str() {
-                "draft" => Preset::Draft,
-                "balanced" => Preset::Balanced,
-                _ => Preset::Best,
-            });
-            sets.iter().for_each(|s| set(&mut options, s));
-            let (mut least, mut tree) = (f64::INFINITY, None);
-            for _ in 0..repeat {
+        let scene = read(file);
+        let mesh = &scene.meshes[0];
+        let mut built = vec![(f64::INFINITY, Tree::default()); options.len()];
+        for _ in 0..repeat {
+            for (options, (least, tree)) in options.iter().zip(&mut built) {
                 let start = Instant::now();
-                tree = Some(build::build_tree(&mesh, &options, &exec, &NoProgress).expect("a tree"));
-                least = least.min(start.elapsed().as_secs_f64() * 1e3);
+                *tree = build::build_tree(mesh, options, &exec, &NoProgress).expect("a tree");
+                *least = least.min(start.elapsed().as_secs_f64() * 1e3);
             }
-            let tree = tree.expect("one build at least");
+        }
+        for (recipe, (least, tree)) in recipes.iter().zip(built) {
             let count = mesh.triangles.len() as f64;
             println!(
-                "| {} | {} | {preset} | {least:.1} | {:.0} | {:.2} | {:.3} | {} | {} |",
+                "| {} | {} | {recipe} | {least:.1} | {:.0} | {:.2} | {:.3} | {} | {} | {} |",
                 std::path::Path::new(file).file_stem().unwrap_or_default().to_string_lossy(),
                 mesh.triangles.len(),
                 least / count * 1e6,
@@ -53,16 +60,52 @@ fn main() {
                 tree.refs.len() as f64 / count,
                 tree.max_depth(),
                 tree.live_nodes(),
+                if rays > 0 { format!("{:.2}", ray_cost(&scene, tree, rays)) } else { String::new() },
             );
         }
     }
+}
+
+/// A preset or a method, then what is set on top of it.
+fn options_of(recipe: &str, sets: &[String]) -> BuildOptions {
+    let mut parts = recipe.split(',');
+    let name = parts.next().unwrap_or_default();
+    let mut options = match Preset::parse(name) {
+        Ok(preset) => BuildOptions::preset(preset),
+        Err(_) => BuildOptions {
+            method: Method::parse(name).expect("a preset or a method"),
+            ..BuildOptions::preset(Preset::Draft)
+        },
+    };
+    parts.for_each(|assignment| set(&mut options, assignment));
+    sets.iter().for_each(|assignment| set(&mut options, assignment));
+    options
+}
+
+fn ray_cost(scene: &Scene, tree: Tree, rays: usize) -> f64 {
+    let accel = Accel { meshes: scene.meshes.clone(), blases: vec![tree], ..Accel::default() };
+    let image = Image::new(&accel);
+    let (view, sampler) = (image.view(), Sampler::new(scene));
+    let mut counters = Counters::default();
+    let mut traced = 0;
+    for (set, any) in [(RaySet::Chords, false), (RaySet::Bounce, false), (RaySet::Occlusion, true)] {
+        for ray in sampler.rays(set, rays, 1) {
+            traced += 1;
+            if any {
+                try_any_hit(&view, &ray, &mut counters).expect("a sound tree");
+            } else {
+                try_closest_hit(&view, &ray, &mut counters).expect("a sound tree");
+            }
+        }
+    }
+    (1.2 * counters.inner_nodes as f64 + counters.triangles as f64) / f64::from(traced)
 }
 
 fn set(options: &mut BuildOptions, assignment: &str) {
     let (name, value) = assignment.split_once('=').expect("option=value");
     let number = || value.parse::<f32>().expect("a number");
     match name {
-        "method" => options.method = if value == "binned" { Method::Binned } else { Method::Sbvh },
+        "method" => options.method = Method::parse(value).expect("a method"),
         "axes" => options.axes = if value == "longest" { Axes::Longest } else { Axes::All },
         "bins" => options.bins = number() as u32,
         "spatial_bins" => options.spatial_bins = number() as u32,
@@ -72,15 +115,17 @@ fn set(options: &mut BuildOptions, assignment: &str) {
         "clip" => options.clip = if value == "box" { Clip::Box } else { Clip::Exact },
         "alpha" => options.split_alpha = number(),
         "budget" => options.split_budget = number(),
+        "prune" => options.prune = number(),
         "unsplit" => options.unsplit = value == "true",
         _ => panic!("no option {name}"),
     }
 }
 
 /// The scene as one mesh in world space.
-fn read(path: &str) -> Mesh {
+fn read(path: &str) -> Scene {
     let scene = scene::read(path.as_ref(), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     let options = BuildOptions { levels: Levels::One, ..BuildOptions::preset(Preset::Draft) };
-    let accel = build::compile(scene, &options, &Executor::sequential(), &NoProgress).expect("one mesh");
-    accel.meshes.into_iter().next().expect("a mesh")
+    let laid_out = build::lay_out(scene, &options, &Executor::sequential()).expect("one mesh");
+    let instance = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
+    Scene { meshes: laid_out.meshes, instances: vec![instance], ..Scene::default() }
 }

@@ -86,17 +86,30 @@ fn assert_sound(mesh: &Mesh, tree: &Tree, max_leaf: u32) {
     assert_eq!((next_pair as usize, next_ref as usize), (tree.nodes.len(), count));
 }
 
+/// The methods that make no duplicates, with the variants that differ in kind.
+fn recipes() -> Vec<BuildOptions> {
+    vec![
+        draft(),
+        BuildOptions { axes: Axes::Longest, ..draft() },
+        BuildOptions { method: Method::Sweep, ..draft() },
+        BuildOptions { method: Method::Bonsai, ..draft() },
+        // Every stem a leaf, and no mini tree opened.
+        BuildOptions { method: Method::Bonsai, prune: 0.0, ..draft() },
+        BuildOptions { method: Method::Bonsai, prune: 1e3, ..draft() },
+    ]
+}
+
 fn assert_good(name: &str, triangles: &[Corners]) {
     let mesh = mesh_of(triangles);
-    let start = Instant::now();
-    for axes in [Axes::All, Axes::Longest] {
+    for recipe in recipes() {
+        let start = Instant::now();
         for max_leaf in [1, 8, 255] {
-            let options = BuildOptions { axes, max_leaf, ..draft() };
+            let options = BuildOptions { max_leaf, ..recipe.clone() };
             assert_sound(&mesh, &build(&mesh, &options, 1), max_leaf);
         }
+        let (spent, method, count) = (start.elapsed(), recipe.method, triangles.len());
+        assert!(spent < Duration::from_secs(20), "{name}: {spent:?} for three {method} trees of {count} triangles");
     }
-    let spent = start.elapsed();
-    assert!(spent < Duration::from_secs(20), "{name}: {spent:?} for six trees of {} triangles", triangles.len());
 }
 
 #[test]
@@ -188,7 +201,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
     soup.extend(Random(13).soup(10_000, 1.0, 0.001));
     soup.extend_from_within(0..5_000);
     let mesh = mesh_of(&soup);
-    for method in [Method::Binned, Method::Sbvh] {
+    for method in [Method::Binned, Method::Sbvh, Method::Sweep, Method::Bonsai] {
         let options = BuildOptions { method, ..draft() };
         let one = build(&mesh, &options, 1);
         for jobs in [2, 3, 7] {
@@ -200,15 +213,20 @@ fn any_number_of_threads_gives_the_same_bytes() {
             );
         }
     }
-    assert_sound(&mesh, &build(&mesh, &draft(), 2), draft().max_leaf);
+    for options in recipes() {
+        assert_sound(&mesh, &build(&mesh, &options, 2), options.max_leaf);
+    }
 }
 
 #[test]
 fn the_order_of_the_triangles_changes_nothing_but_their_numbers() {
     let soup = Random(14).soup(3_000, 10.0, 0.5);
     let reversed: Vec<Corners> = soup.iter().rev().copied().collect();
-    let [a, b] = [soup, reversed].map(|s| build(&mesh_of(&s), &draft(), 1));
-    assert!(a.nodes == b.nodes);
+    let meshes = [soup, reversed].map(|s| mesh_of(&s));
+    for options in recipes() {
+        let [a, b] = meshes.each_ref().map(|mesh| build(mesh, &options, 1));
+        assert!(a.nodes == b.nodes, "{options:?}");
+    }
 }
 
 proptest! {
@@ -225,13 +243,16 @@ proptest! {
         max_leaf in 1u32..=255,
         jobs in 1usize..=3,
         costs in (0.01f32..100.0, 0.01f32..100.0),
+        method in prop::sample::select(vec![Method::Binned, Method::Sweep, Method::Bonsai]),
+        prune in prop::sample::select(vec![0.0f32, 0.01, 0.5, 1e3]),
     ) {
         let mut soup = Random(seed).soup(count, extent, size);
         if grid {
             soup.iter_mut().flatten().flatten().for_each(|c| *c = c.floor());
         }
         let mesh = mesh_of(&soup);
-        let options = BuildOptions { bins, max_leaf, traversal_cost: costs.0, intersection_cost: costs.1, ..draft() };
+        let (traversal_cost, intersection_cost) = costs;
+        let options = BuildOptions { method, bins, max_leaf, prune, traversal_cost, intersection_cost, ..draft() };
         assert_sound(&mesh, &build(&mesh, &options, jobs), max_leaf);
     }
 }

@@ -2,9 +2,9 @@
 
 mod common;
 
-use bvhc::build::{BuildOptions, Executor, NoProgress, Preset, compile};
+use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset, compile};
 use bvhc::scene::{self, ReadOptions};
-use bvhc::tree::quality;
+use bvhc::tree::{MAX_DEPTH, quality};
 
 /// Scene, and the SAH (C_T 1.2, C_I 1) of Embree 4.4's binary tree of medium quality on it: 32 bins on three axes, as here.
 const SCENES: [(&str, f32); 4] = [
@@ -32,6 +32,48 @@ fn binned_trees_match_embree_medium() {
         // Both are greedy: half a percent either way is chance.
         assert!(sah <= embree * 1.005, "{name}: SAH {sah} against {embree}");
     }
+}
+
+/// Scene, and the SAH of tinybvh 1.6.7's full sweep on it.
+const SWEPT_SCENES: [(&str, f32); 5] = [
+    ("sponza_dabrovic/sponza.obj", 75.73),
+    ("obvhs_kitchen/kitchen.obj", 60.85),
+    ("stanford_bunny/stanford_bunny.obj", 36.50),
+    ("city_san_francisco/san_francisco.obj", 41.13),
+    ("bitterli_kitchen/bitterli_kitchen.obj", 42.26),
+];
+
+fn sweep_and_bonsai_trees_match_tinybvh(scenes: &[(&str, f32)]) {
+    let Some(dir) = common::models_dir() else { return };
+    let executors = [1, 2, 3].map(|jobs| Executor::new(jobs).unwrap());
+    for (name, tinybvh) in scenes {
+        let Ok(scene) = scene::read(&dir.join(name), &ReadOptions::default()) else {
+            println!("skipped: {name} is not there");
+            continue;
+        };
+        let [sweep, bonsai] = [Method::Sweep, Method::Bonsai].map(|method| {
+            let options = BuildOptions { method, ..BuildOptions::preset(Preset::Draft) };
+            let [one, two, three] =
+                executors.each_ref().map(|exec| compile(scene.clone(), &options, exec, &NoProgress).unwrap().blases);
+            assert!(one == two && one == three, "{method} of {name} depends on the number of threads");
+            assert!(one[0].max_depth() <= MAX_DEPTH);
+            quality::sah(&one[0].nodes)
+        });
+        println!("{name}: SAH sweep {sweep:.2}, bonsai {bonsai:.2}, tinybvh's sweep {tinybvh}");
+        assert!(sweep <= tinybvh * 1.005, "{name}: SAH {sweep} against {tinybvh}");
+        assert!(bonsai <= sweep * 1.03, "{name}: bonsai's SAH {bonsai} against sweep's {sweep}");
+    }
+}
+
+#[test]
+fn sweep_and_bonsai_trees_of_small_scenes_match_tinybvh() {
+    sweep_and_bonsai_trees_match_tinybvh(&SWEPT_SCENES[..3]);
+}
+
+#[test]
+#[ignore = "long: builds a million triangles six times"]
+fn long_sweep_and_bonsai_trees_match_tinybvh() {
+    sweep_and_bonsai_trees_match_tinybvh(&SWEPT_SCENES[3..]);
 }
 
 /// Scene, and the SAH of Embree 4.4's binary tree of high quality (with spatial splits) on it.

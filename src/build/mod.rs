@@ -2,11 +2,12 @@
 //! becomes an [`Accel`](crate::tree::Accel).
 //!
 //! Four roles never mix. The *driver* owns the recursion, node emission, the depth guarantee and leaf creation; a
-//! *strategy* (binned, spatial) answers one question, where to split this range; *cost* is the only place that knows
+//! *strategy* (binned, spatial, sweep) answers one question, where to split this range; *cost* is the only place that knows
 //! the SAH; the *executor* is the only place that knows threads. A method name is a recipe in the *registry*, which
 //! also feeds `--help` and the build key.
 
 mod binned;
+mod bonsai;
 mod compile;
 mod cost;
 mod error;
@@ -18,6 +19,7 @@ mod progress;
 mod radix;
 mod recipe;
 mod spatial;
+mod sweep;
 mod top_down;
 
 pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
@@ -59,5 +61,7 @@ pub fn build_tree(
             let strategy = Spatial::new(mesh, &refs.bounds, options);
             driver::build(refs, count, &strategy, options.max_leaf, exec, progress, count as u64)
         }
+        Method::Bonsai => bonsai::build(PrimRefs::of_mesh(mesh, 0, exec), options, exec, progress, count as u64),
+        Method::Sweep => sweep::build(PrimRefs::of_mesh(mesh, 0, exec), options, exec, progress, count as u64),
     }
 }

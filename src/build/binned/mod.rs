@@ -6,7 +6,8 @@ mod bins;
 mod subsets;
 
 use self::bins::{AxisMap, BinMap, Bins};
-use self::subsets::{EXHAUSTIVE, Subset, best_subset, partition_subset};
+use self::subsets::partition_subset;
+pub(super) use self::subsets::{EXHAUSTIVE, Subset, best_subset};
 use crate::build::cost::Sah;
 use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRef;

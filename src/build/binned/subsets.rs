@@ -9,18 +9,33 @@ use crate::build::prim_ref::PrimRef;
 use crate::geom::Aabb;
 
 /// Most references for which every split is tried.
-pub(super) const EXHAUSTIVE: usize = 4;
+pub(in crate::build) const EXHAUSTIVE: usize = 4;
 
 /// A set of the node's references, one bit each in slot order: those that go left.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Subset(pub usize);
+pub(in crate::build) struct Subset(usize);
+
+impl Subset {
+    /// The set of the references in these slots.
+    pub fn of(slots: impl Iterator<Item = usize>) -> Subset {
+        Subset(slots.fold(0, |set, slot| set | 1 << slot))
+    }
+
+    pub fn has(self, slot: usize) -> bool {
+        self.0 >> slot & 1 == 1
+    }
+
+    pub fn len(self) -> usize {
+        self.0.count_ones() as usize
+    }
+}
 
 /// Splits of `n` references into two sides that are not empty, but for swapping the sides.
 const CANDIDATES: [&[usize]; EXHAUSTIVE + 1] = [&[], &[], &[1], &[1, 2, 4], &[1, 2, 4, 8, 3, 5, 9]];
 
 /// The split of least weight, its weight and the two sides' boxes; of equal ones the first. `None` where no weight is
 /// finite.
-pub(super) fn best_subset(refs: &[PrimRef], scale: f32) -> Option<(Subset, f32, [Aabb; 2])> {
+pub(in crate::build) fn best_subset(refs: &[PrimRef], scale: f32) -> Option<(Subset, f32, [Aabb; 2])> {
     let candidates = CANDIDATES.get(refs.len())?;
     let all = (1usize << refs.len()) - 1;
 
@@ -63,7 +78,7 @@ fn is_right_of(a: &LaneBox, b: &LaneBox) -> bool {
 pub(super) fn partition_subset(refs: &mut [PrimRef], subset: Subset) -> usize {
     let mut left = 0;
     for i in 0..refs.len().min(EXHAUSTIVE) {
-        if subset.0 >> i & 1 == 1 {
+        if subset.has(i) {
             refs.swap(i, left);
             left += 1;
         }

@@ -11,6 +11,7 @@ use crate::build::prim_ref::PrimRef;
 use crate::build::progress::Progress;
 use crate::build::recipe::options::{BuildOptions, Levels, Method};
 use crate::build::spatial::budgeted_slots;
+use crate::build::sweep;
 use crate::geom::{Aabb, Affine};
 use crate::scene::{Instance, Mesh, Part, Scene};
 use crate::tree::{Accel, Tree};
@@ -39,11 +40,13 @@ pub fn primitives_to_build(scene: &Scene, options: &BuildOptions) -> u64 {
 /// Bytes that [`compile`] sets aside before it builds, which nothing in the model's own size bounds: the copies that
 /// flattening makes, and the references with their duplicates. The nodes come on top, about as much again.
 pub fn bytes_to_reserve(scene: &Scene, options: &BuildOptions) -> u64 {
-    let references = |triangles: u64| match options.method {
-        Method::Binned => triangles,
+    let triangles = primitives_to_build(scene, options);
+    let references = match options.method {
         Method::Sbvh => budgeted_slots(usize::try_from(triangles).unwrap_or(usize::MAX), options.split_budget) as u64,
+        Method::Binned | Method::Sweep | Method::Bonsai => triangles,
     };
-    let of_references = references(primitives_to_build(scene, options)).saturating_mul(size_of::<PrimRef>() as u64);
+    let of_orders = if options.method == Method::Sweep { triangles.saturating_mul(sweep::BYTES_PER_REF) } else { 0 };
+    let of_references = references.saturating_mul(size_of::<PrimRef>() as u64).saturating_add(of_orders);
     let copied = match plan(scene, options) {
         Plan::One if scene.instances.len() > 1 => {
             let shown = scene.instances.iter().filter_map(|i| scene.meshes.get(i.mesh as usize));

@@ -10,6 +10,12 @@ pub enum Method {
     /// Object and spatial splits (Stich, Friedrich and Dietrich, "Spatial Splits in Bounding Volume Hierarchies",
     /// 2009).
     Sbvh,
+    /// Sweep trees of small groups, pruned, under a sweep tree over them (Ganestam, Barringer, Doggett and Akenine-Möller, "Bonsai: Rapid
+    /// Bounding Volume Hierarchy Generation using Mini Trees", 2015).
+    Bonsai,
+    /// Object splits only, at every plane between two centres (MacDonald and Booth, "Heuristics for Ray Tracing Using Space
+    /// Subdivision", 1990), the axes sorted once.
+    Sweep,
 }
 
 /// Which axes object bins are tried on.
@@ -70,6 +76,8 @@ pub struct BuildOptions {
     pub split_budget: f32,
     /// Put a straddling reference wholly to one side where that is cheaper.
     pub unsplit: bool,
+    /// Mini trees are opened where a node's area is more than so many times that of the average mini tree.
+    pub prune: f32,
     pub levels: Levels,
 }
 
@@ -87,6 +95,7 @@ impl BuildOptions {
             split_alpha: 1e-4,
             split_budget: 1.5,
             unsplit: true,
+            prune: 0.1,
             levels: Levels::Auto,
         };
         match preset {
@@ -129,6 +138,7 @@ impl BuildOptions {
             ("sah-isect", self.intersection_cost, 1e-3..=1e3, cost, "1"),
             ("split-alpha", self.split_alpha, 0.0..=1.0, "it must be between 0 and 1", "1e-4"),
             ("split-budget", self.split_budget, 1.0..=64.0, "it must be between 1 and 64", "1.5"),
+            ("prune", self.prune, 0.0..=1e3, "it must be between 0 and 1000", "0.1"),
         ];
         for (option, value, range, rule, good) in reals {
             if !range.contains(&value) {
@@ -161,7 +171,8 @@ mod tests {
             ("sah-trav", BuildOptions { traversal_cost: f32::NAN, ..ok.clone() }),
             ("sah-isect", BuildOptions { intersection_cost: 0.0, ..ok.clone() }),
             ("split-alpha", BuildOptions { split_alpha: -0.1, ..ok.clone() }),
-            ("split-budget", BuildOptions { split_budget: f32::INFINITY, ..ok }),
+            ("split-budget", BuildOptions { split_budget: f32::INFINITY, ..ok.clone() }),
+            ("prune", BuildOptions { prune: -0.5, ..ok }),
         ];
         for (name, options) in bad {
             match options.validate() {

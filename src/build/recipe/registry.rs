@@ -30,6 +30,7 @@ pub enum OptionName {
     SplitAlpha,
     SplitBudget,
     Unsplit,
+    Prune,
     Levels,
 }
 
@@ -62,6 +63,20 @@ pub const METHODS: &[MethodInfo] = &[
             O::Levels,
         ],
     },
+    MethodInfo {
+        method: Method::Bonsai,
+        name: "bonsai",
+        revision: 1,
+        summary: "object splits only: sweep trees of small groups under one over them; nearly as good as sweep, and quicker",
+        options: &[O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Prune, O::Levels],
+    },
+    MethodInfo {
+        method: Method::Sweep,
+        name: "sweep",
+        revision: 1,
+        summary: "object splits only, chosen among all planes on three axes; the measure of the others",
+        options: &[O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Levels],
+    },
 ];
 
 impl OptionName {
@@ -77,6 +92,7 @@ impl OptionName {
             O::SplitAlpha => "split-alpha",
             O::SplitBudget => "split-budget",
             O::Unsplit => "unsplit",
+            O::Prune => "prune",
             O::Levels => "levels",
         }
     }
@@ -96,6 +112,7 @@ impl OptionName {
             O::SplitAlpha => (options.split_alpha + 0.0).to_string(),
             O::SplitBudget => (options.split_budget + 0.0).to_string(),
             O::Unsplit => options.unsplit.to_string(),
+            O::Prune => (options.prune + 0.0).to_string(),
             O::Levels => options.levels.to_string(),
         }
     }

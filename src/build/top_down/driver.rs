@@ -1,16 +1,16 @@
 //! The top-down recursion: asks the strategy where to split, guarantees depth and leaf size, makes the leaves and lays
 //! the nodes out in canonical order.
 //!
-//! Depth is designed, not hoped for. `d + levels(n) <= 64` holds at every node of depth `d` with `n` references, where
-//! `levels(n)` is the height of a balanced subtree with full leaves. A strategy is asked only while a child as large as
+//! Depth is designed, not hoped for. `d + levels(n) <= limit` (64 for a whole tree) holds at every node of depth `d` with
+//! `n` references, where `levels(n)` is the height of a balanced subtree with full leaves. A strategy is asked only while a child as large as
 //! its parent would still satisfy this; from there on the driver halves.
 
-use super::output::{Branch, Piece};
-use super::partition::halve;
+use super::output::{Branch, Grown, Piece};
+use super::range::{Range, Splitter};
 use super::strategy::{Child, Decision, NodeTask, Strategy};
 use crate::build::error::BuildError;
 use crate::build::exec::Executor;
-use crate::build::prim_ref::{PrimRef, PrimRefs};
+use crate::build::prim_ref::PrimRefs;
 use crate::build::progress::Progress;
 use crate::tree::{MAX_DEPTH, Node, Tree};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -40,30 +40,11 @@ pub fn build(
     if live == 0 {
         return Ok(Tree::default());
     }
-    let driver = Driver {
-        strategy,
-        max_leaf: max_leaf.clamp(1, 255) as usize,
-        exec,
-        progress,
-        cancelled: AtomicBool::new(false),
-    };
     let task = NodeTask { bounds: input.bounds, centroids: input.centroids, live, depth: 0 };
-    if exec.is_sequential() {
-        let mut piece = Piece::for_refs(live);
-        let pair = piece.reserve_pair();
-        let root = driver.grow(task, &mut input.refs, &mut piece, share);
-        return if driver.cancelled.into_inner() {
-            Err(BuildError::Cancelled)
-        } else {
-            Ok(piece.into_tree(pair, root))
-        };
-    }
-    let branch = exec.run(|| driver.fork(task, &mut input.refs, share));
+    let driver = Driver::new(strategy, Limits { max_leaf, max_depth: MAX_DEPTH }, exec, progress);
+    let grown = driver.grow_all(task, input.refs.as_mut_slice(), share)?;
     drop(input);
-    if driver.cancelled.load(Ordering::Relaxed) {
-        return Err(BuildError::Cancelled);
-    }
-    Ok(exec.run(|| branch.assemble(exec)))
+    Ok(grown.into_tree(exec))
 }
 
 /// Refuse more references than a tree can have; best asked before they are made.
@@ -79,33 +60,69 @@ pub fn check_slots(slots: usize) -> Result<(), BuildError> {
     })
 }
 
-struct Driver<'a, S> {
-    strategy: &'a S,
+/// What no leaf of a tree may exceed.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::build) struct Limits {
+    /// References in a leaf, 1..=255.
+    pub max_leaf: u32,
+    /// Depth of a leaf: at least the height of a balanced tree with full leaves.
+    pub max_depth: u32,
+}
+
+/// The recursion over one kind of range.
+pub(in crate::build) struct Driver<'a, S> {
+    splitter: &'a S,
     max_leaf: usize,
+    max_depth: u32,
     exec: &'a Executor,
     progress: &'a dyn Progress,
     /// Set once, never read back into the output: a cancelled build returns no tree.
     cancelled: AtomicBool,
 }
 
-impl<S: Strategy> Driver<'_, S> {
+impl<'a, S> Driver<'a, S> {
+    pub fn new(splitter: &'a S, limits: Limits, exec: &'a Executor, progress: &'a dyn Progress) -> Self {
+        let Limits { max_leaf, max_depth } = limits;
+        let max_leaf = max_leaf.clamp(1, 255) as usize;
+        Driver { splitter, max_leaf, max_depth, exec, progress, cancelled: AtomicBool::new(false) }
+    }
+
+    /// The whole tree below a root with at least one reference, not yet assembled: the references can be freed before.
+    pub fn grow_all<R: Range>(&self, root: NodeTask, range: R, share: u64) -> Result<Grown, BuildError>
+    where
+        S: Splitter<R>,
+    {
+        let grown = if self.exec.is_sequential() {
+            let mut piece = Piece::for_refs(root.live);
+            let pair = piece.reserve_pair();
+            let root = self.grow(root, range, &mut piece, share);
+            Grown::Whole { pair, root, piece }
+        } else {
+            Grown::Parts(self.exec.run(|| self.fork(root, range, share)))
+        };
+        if self.cancelled.load(Ordering::Relaxed) { Err(BuildError::Cancelled) } else { Ok(grown) }
+    }
+
     /// The upper part of the tree, where the two sides are separate tasks.
-    fn fork(&self, task: NodeTask, slots: &mut [PrimRef], share: u64) -> Branch {
+    fn fork<R: Range>(&self, task: NodeTask, mut range: R, share: u64) -> Branch
+    where
+        S: Splitter<R>,
+    {
         if task.live <= TASK {
             let mut piece = Piece::for_refs(task.live);
-            let root = self.grow(task, slots, &mut piece, share);
+            let root = self.grow(task, range, &mut piece, share);
             return Branch::Piece { root, piece };
         }
-        let Some((left, right)) = self.split(&task, slots) else {
+        let Some((left, right)) = self.split(&task, &mut range) else {
             let mut piece = Piece::default();
-            let root = piece.leaf(task.bounds, &slots[..task.live]);
+            let root = piece.leaf(task.bounds, range.prims(task.live));
             self.progress.advance(share);
             return Branch::Piece { root, piece };
         };
         if self.is_cancelled() {
             return Branch::Piece { root: Node::leaf(task.bounds, 0, 1), piece: Piece::default() };
         }
-        let (left_slots, right_slots) = slots.split_at_mut(left.slots);
+        let (left_slots, right_slots) = range.cut(left.slots);
         let left_share = part_of(share, &left, &right);
         let children = self.exec.join(
             || self.fork(child_task(&task, &left), left_slots, left_share),
@@ -115,19 +132,22 @@ impl<S: Strategy> Driver<'_, S> {
     }
 
     /// A whole subtree, appended to `piece`; returns its root's record.
-    fn grow(&self, task: NodeTask, slots: &mut [PrimRef], piece: &mut Piece, share: u64) -> Node {
+    pub fn grow<R: Range>(&self, task: NodeTask, mut range: R, piece: &mut Piece, share: u64) -> Node
+    where
+        S: Splitter<R>,
+    {
         let large = task.live > TICK;
         if large && self.is_cancelled() {
             return Node::leaf(task.bounds, 0, 1);
         }
-        let Some((left, right)) = self.split(&task, slots) else {
-            let leaf = piece.leaf(task.bounds, &slots[..task.live]);
+        let Some((left, right)) = self.split(&task, &mut range) else {
+            let leaf = piece.leaf(task.bounds, range.prims(task.live));
             if share > 0 {
                 self.progress.advance(share);
             }
             return leaf;
         };
-        let (left_slots, right_slots) = slots.split_at_mut(left.slots);
+        let (left_slots, right_slots) = range.cut(left.slots);
         let left_share = if large { part_of(share, &left, &right) } else { 0 };
         let pair = piece.reserve_pair();
         let first = self.grow(child_task(&task, &left), left_slots, piece, left_share);
@@ -141,18 +161,21 @@ impl<S: Strategy> Driver<'_, S> {
     }
 
     /// `None`: a leaf.
-    fn split(&self, task: &NodeTask, slots: &mut [PrimRef]) -> Option<(Child, Child)> {
+    #[inline]
+    fn split<R: Range>(&self, task: &NodeTask, range: &mut R) -> Option<(Child, Child)>
+    where
+        S: Splitter<R>,
+    {
         if task.live == 1 {
             return None;
         }
-        let may_ask = task.depth + 1 + self.levels(task.live) <= MAX_DEPTH;
-        if may_ask && let Decision::Split { left, right } = self.strategy.split(task, slots, self.exec) {
+        let may_ask = task.depth + 1 + self.levels(task.live) <= self.max_depth;
+        if may_ask && let Decision::Split { left, right } = self.splitter.split(task, range, self.exec) {
             debug_assert!((1..=task.live).contains(&left.live) && (1..=task.live).contains(&right.live));
             debug_assert!(left.live <= left.slots && right.live <= right.slots);
-            debug_assert_eq!(left.slots + right.slots, slots.len());
             return Some((left, right));
         }
-        (task.live > self.max_leaf).then(|| halve(task, slots))
+        (task.live > self.max_leaf).then(|| range.halve(task))
     }
 
     /// Height of a balanced subtree with full leaves: a leaf has 0.

@@ -1,7 +1,6 @@
 //! Where finished nodes go: pieces of a tree that grow side by side, and their concatenation in canonical order.
 
 use crate::build::exec::Executor;
-use crate::build::prim_ref::PrimRef;
 use crate::geom::Aabb;
 use crate::tree::{Node, Tree};
 
@@ -22,12 +21,10 @@ impl Piece {
 
     /// Append a leaf's references in ascending order, each once, whatever order the partitions left them in. Spatial
     /// splits may have put two parts of a primitive into one leaf.
-    pub fn leaf(&mut self, bounds: Aabb, refs: &[PrimRef]) -> Node {
+    pub fn leaf(&mut self, bounds: Aabb, prims: impl Iterator<Item = u32>) -> Node {
         let first = self.refs.len();
-        for r in refs {
-            self.refs.push(r.prim);
-        }
-        if refs.len() > 1 {
+        self.refs.extend(prims);
+        if self.refs.len() - first > 1 {
             self.refs[first..].sort_unstable();
         }
         let mut kept = first + 1;
@@ -56,6 +53,19 @@ impl Piece {
         Tree { nodes: self.nodes, refs: self.refs }
     }
 
+    /// The longest way from the root's record down to a leaf.
+    pub fn height(&self, root: &Node) -> u32 {
+        let mut open = vec![(*root, 0)];
+        let mut height = 0;
+        while let Some((node, depth)) = open.pop() {
+            height = height.max(depth);
+            if !node.is_leaf() {
+                open.extend([0, 1].map(|k| (self.nodes[node.first as usize + k], depth + 1)));
+            }
+        }
+        height
+    }
+
     pub fn fill_pair(&mut self, pair: u32, first: Node, second: Node) {
         self.nodes[pair as usize] = first;
         self.nodes[pair as usize + 1] = second;
@@ -76,13 +86,47 @@ pub(in crate::build) enum Branch {
     },
 }
 
+/// A grown tree before its parts are put together.
+#[derive(Debug)]
+pub(in crate::build) enum Grown {
+    /// Everything in one piece, with a pair reserved for the root.
+    Whole {
+        pair: u32,
+        root: Node,
+        piece: Piece,
+    },
+    Parts(Branch),
+}
+
+impl Grown {
+    pub fn into_tree(self, exec: &Executor) -> Tree {
+        match self {
+            Grown::Whole { pair, root, piece } => piece.into_tree(pair, root),
+            Grown::Parts(branch) => exec.run(|| branch.assemble(exec)),
+        }
+    }
+}
+
 /// A run of the output that nobody else writes.
 enum Job<'a> {
     Pair { at: &'a mut [Node], nodes: [Node; 2] },
     Piece { piece: Piece, nodes: &'a mut [Node], refs: &'a mut [u32], base: Base },
+    Stem { from: &'a Piece, stem: &'a Stem, nodes: &'a mut [Node], refs: &'a mut [u32], base: Base },
 }
 
-/// Where a subtree starts in the output.
+impl Job<'_> {
+    fn run(self) {
+        match self {
+            Job::Pair { at, nodes } => at.copy_from_slice(&nodes),
+            Job::Piece { piece, nodes, refs, base } => base.copy((&piece.nodes, &piece.refs), nodes, refs),
+            Job::Stem { from, stem, nodes, refs, base } => {
+                base.copy((&from.nodes[stem.nodes.clone()], &from.refs[stem.refs.clone()]), nodes, refs);
+            }
+        }
+    }
+}
+
+/// Where a subtree starts in the output, less where it starts in its piece.
 #[derive(Clone, Copy)]
 struct Base {
     nodes: u32,
@@ -91,7 +135,14 @@ struct Base {
 
 impl Base {
     fn shift(self, node: Node) -> Node {
-        Node { first: node.first + if node.is_leaf() { self.refs } else { self.nodes }, ..node }
+        Node { first: node.first.wrapping_add(if node.is_leaf() { self.refs } else { self.nodes }), ..node }
+    }
+
+    fn copy(self, from: (&[Node], &[u32]), nodes: &mut [Node], refs: &mut [u32]) {
+        for (to, from) in nodes.iter_mut().zip(from.0) {
+            *to = self.shift(*from);
+        }
+        refs.copy_from_slice(from.1);
     }
 }
 
@@ -101,20 +152,11 @@ impl Branch {
     pub fn assemble(self, exec: &Executor) -> Tree {
         let (node_count, ref_count) = self.size();
         let mut tree = Tree { nodes: vec![UNUSED; node_count + 2], refs: vec![0; ref_count] };
-        let mut layout =
-            Layout { base: Base { nodes: 0, refs: 0 }, nodes: &mut tree.nodes, refs: &mut tree.refs, jobs: Vec::new() };
+        let mut layout = Layout::over(&mut tree);
         let pair = layout.take_pair();
         let root = layout.place(self);
         layout.jobs.push(Job::Pair { at: pair, nodes: [root, UNUSED] });
-        exec.map(layout.jobs, |_, job| match job {
-            Job::Pair { at, nodes } => at.copy_from_slice(&nodes),
-            Job::Piece { piece, nodes, refs, base } => {
-                for (to, from) in nodes.iter_mut().zip(&piece.nodes) {
-                    *to = base.shift(*from);
-                }
-                refs.copy_from_slice(&piece.refs);
-            }
-        });
+        exec.map(layout.jobs, |_, job| job.run());
         tree
     }
 
@@ -130,6 +172,53 @@ impl Branch {
     }
 }
 
+/// A subtree inside a piece: a run of its nodes and one of its references.
+#[derive(Clone, Debug)]
+pub(in crate::build) struct Stem {
+    pub root: Node,
+    pub piece: usize,
+    nodes: std::ops::Range<usize>,
+    refs: std::ops::Range<usize>,
+}
+
+impl Stem {
+    /// The subtree below a node of a piece, the node itself included.
+    pub fn of(root: Node, index: usize, piece: &Piece) -> Stem {
+        let pair = |node: Node| [piece.nodes[node.first as usize], piece.nodes[node.first as usize + 1]];
+        let (mut first, mut last) = (root, root);
+        while !first.is_leaf() {
+            first = pair(first)[0];
+        }
+        while !last.is_leaf() {
+            last = pair(last)[1];
+        }
+        // Each reference's leaf comes in order, and so does each pair: the last is below the last inner node.
+        let mut nodes = 0..0;
+        let mut inner = root;
+        while !inner.is_leaf() {
+            let at = inner.first as usize;
+            nodes = if nodes.is_empty() { at..at + 2 } else { nodes.start..at + 2 };
+            let [left, right] = pair(inner);
+            inner = if right.is_leaf() { left } else { right };
+        }
+        Stem { root, piece: index, nodes, refs: first.first as usize..(last.first + last.count) as usize }
+    }
+}
+
+/// One tree of a top tree and the stems that its references name, a single one in each leaf.
+pub(in crate::build) fn splice(top: &Tree, stems: &[Stem], pieces: &[&Piece], exec: &Executor) -> Tree {
+    let Some(&root) = top.nodes.first() else { return Tree::default() };
+    let below: usize = stems.iter().map(|stem| stem.nodes.len()).sum();
+    let ref_count = stems.iter().map(|stem| stem.refs.len()).sum();
+    let mut tree = Tree { nodes: vec![UNUSED; top.nodes.len() + below], refs: vec![0; ref_count] };
+    let mut layout = Layout::over(&mut tree);
+    let pair = layout.take_pair();
+    let root = layout.place_top(top, root, stems, pieces);
+    layout.jobs.push(Job::Pair { at: pair, nodes: [root, UNUSED] });
+    exec.map(layout.jobs, |_, job| job.run());
+    tree
+}
+
 /// Cuts the output into the jobs' runs, front to back.
 struct Layout<'a> {
     base: Base,
@@ -139,6 +228,11 @@ struct Layout<'a> {
 }
 
 impl<'a> Layout<'a> {
+    fn over(tree: &'a mut Tree) -> Layout<'a> {
+        let base = Base { nodes: 0, refs: 0 };
+        Layout { base, nodes: &mut tree.nodes, refs: &mut tree.refs, jobs: Vec::new() }
+    }
+
     /// Returns the record of the branch's root.
     fn place(&mut self, branch: Branch) -> Node {
         let base = self.base;
@@ -158,6 +252,27 @@ impl<'a> Layout<'a> {
                 Node::inner(bounds, base.nodes)
             }
         }
+    }
+
+    /// [`Layout::place`] for a node of a top tree, whose leaves are stems.
+    fn place_top(&mut self, top: &Tree, node: Node, stems: &'a [Stem], pieces: &[&'a Piece]) -> Node {
+        let base = self.base;
+        if !node.is_leaf() {
+            let at = self.take_pair();
+            let nodes = [0, 1].map(|k| self.place_top(top, top.nodes[node.first as usize + k], stems, pieces));
+            self.jobs.push(Job::Pair { at, nodes });
+            return Node::inner(node.bounds(), base.nodes);
+        }
+        let stem = &stems[top.refs[node.first as usize] as usize];
+        let nodes = take(&mut self.nodes, stem.nodes.len());
+        let refs = take(&mut self.refs, stem.refs.len());
+        self.base = Base { nodes: base.nodes + nodes.len() as u32, refs: base.refs + refs.len() as u32 };
+        let base = Base {
+            nodes: base.nodes.wrapping_sub(stem.nodes.start as u32),
+            refs: base.refs.wrapping_sub(stem.refs.start as u32),
+        };
+        self.jobs.push(Job::Stem { from: pieces[stem.piece], stem, nodes, refs, base });
+        base.shift(stem.root)
     }
 
     fn take_pair(&mut self) -> &'a mut [Node] {

@@ -12,7 +12,8 @@ pub struct TreeArgs {
     /// Where to start from; the flags below override it
     #[arg(long, value_parser = choice::<Preset>(), value_name = "NAME", default_value = "best", long_help = preset_help())]
     pub preset: Preset,
-    /// How trees are built: binned (object splits only) or sbvh (object and spatial splits)
+    /// How trees are built: binned (object splits only), sbvh (object and spatial splits), sweep (object splits at every
+    /// plane) or bonsai (many small sweep trees under one)
     #[arg(long, visible_alias = "builder", value_parser = choice::<Method>(), value_name = "NAME")]
     pub method: Option<Method>,
     /// Axes on which object bins are tried
@@ -46,6 +47,9 @@ pub struct TreeArgs {
     /// Do not put straddling references back to one side
     #[arg(long)]
     pub no_unsplit: bool,
+    /// Open mini trees where a node's area is more than so many times that of the average mini tree
+    #[arg(long, value_name = "RATIO", value_parser = prune_ratio)]
+    pub prune: Option<f32>,
     /// One tree over everything, or one per mesh and one over the instances
     #[arg(long, value_parser = choice::<Levels>(), value_name = "HOW", conflicts_with = "flatten")]
     pub levels: Option<Levels>,
@@ -71,6 +75,7 @@ impl TreeArgs {
             split_alpha: self.split_alpha.unwrap_or(base.split_alpha),
             split_budget: self.split_budget.unwrap_or(base.split_budget),
             unsplit: base.unsplit && !self.no_unsplit,
+            prune: self.prune.unwrap_or(base.prune),
             levels,
         }
     }
@@ -156,6 +161,10 @@ fn positive(text: &str) -> Result<f32, String> {
 
 fn share(text: &str) -> Result<f32, String> {
     number(text).and_then(|v| if (0.0..=1.0).contains(&v) { Ok(v) } else { Err(format!("{v} is not in 0..1")) })
+}
+
+fn prune_ratio(text: &str) -> Result<f32, String> {
+    number(text).and_then(|v| if (0.0..=1e3).contains(&v) { Ok(v) } else { Err(format!("{v} is not in 0..1000")) })
 }
 
 fn factor(text: &str) -> Result<f32, String> {
