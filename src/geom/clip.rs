@@ -14,6 +14,7 @@
 //! So flat triangles stay flat, boxes only shrink, and no bound is looser than about one `f32` step.
 
 use super::affine::{round_down, round_up};
+use super::vector::{cross, dot, sub};
 use super::{Aabb, Point};
 
 /// A box that contains the part of the triangle with `low <= x[axis] <= high`, cut with `within`; empty where there is no such part.
@@ -82,17 +83,41 @@ impl Polygon {
     /// The part of the triangle inside a box.
     pub fn inside(corners: &[Point; 3], b: &Aabb) -> Polygon {
         let mut out = Polygon::triangle(corners);
+        out.cut(b, SLACK);
+        out
+    }
+
+    /// Cut what there is with a box, the planes where they are: for areas. Bounds of the result promise nothing.
+    pub fn cut_exactly(&mut self, b: &Aabb) {
+        self.cut(b, 0.0);
+    }
+
+    /// Cut with a box whose planes are moved outward by `slack` times the magnitude.
+    fn cut(&mut self, b: &Aabb, slack: f64) {
         for axis in 0..3 {
-            let slack = out.magnitude[axis] * SLACK;
+            let slack = self.magnitude[axis] * slack;
             let (lo, hi) = (f64::from(b.min[axis]) - slack, f64::from(b.max[axis]) + slack);
-            if corners.iter().any(|c| f64::from(c[axis]) < lo) {
-                out.keep(axis, lo, 1.0);
+            if self.corners().iter().any(|c| c[axis] < lo) {
+                self.keep(axis, lo, 1.0);
             }
-            if corners.iter().any(|c| f64::from(c[axis]) > hi) {
-                out.keep(axis, hi, -1.0);
+            if self.corners().iter().any(|c| c[axis] > hi) {
+                self.keep(axis, hi, -1.0);
             }
         }
-        out
+    }
+
+    /// A box around it, to tell quickly what it cannot reach; empty where the polygon is.
+    pub fn reach(&self) -> Aabb {
+        let piece = self.corners().iter().fold(Bounds::EMPTY, |p, c| p.grow(c));
+        Aabb { min: piece.min.map(round_down), max: piece.max.map(round_up) }
+    }
+
+    /// The surface's area, one side of it.
+    pub fn area(&self) -> f64 {
+        let Some((first, rest)) = self.corners().split_first() else { return 0.0 };
+        let fan = rest.windows(2).map(|w| cross(sub(w[0], *first), sub(w[1], *first)));
+        let twice = fan.fold([0.0; 3], |sum, n| [0, 1, 2].map(|k| sum[k] + n[k]));
+        0.5 * dot(twice, twice).sqrt()
     }
 
     /// Keep the part with `sign · (x[axis] - plane) >= 0`.

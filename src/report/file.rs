@@ -1,5 +1,6 @@
 //! [`FileReport`]: the trees of one file, folded.
 
+use super::overlap::EpoReport;
 use super::stats::{TreeReport, TreeStats};
 use crate::cache::View;
 use serde::Serialize;
@@ -18,6 +19,8 @@ pub struct FileReport {
     pub instanced_triangles: u64,
     /// All BLASes together. The SAH is the mean over trees weighted by the areas of their roots.
     pub blas: TreeReport,
+    /// End-point overlap of the BLASes; `None` where it was not asked for.
+    pub epo: Option<EpoReport>,
     /// How the BLASes differ; `None` for a file with a single one.
     pub blas_spread: Option<BlasSpread>,
     pub tlas: Option<TreeReport>,
@@ -44,7 +47,7 @@ pub struct Extreme {
 }
 
 impl FileReport {
-    /// Walk every tree of a file once.
+    /// Walk every tree of a file once, all but for [`FileReport::epo`], which has its own price.
     pub fn of_view(path: String, file_len: u64, view: &View) -> FileReport {
         let each: Vec<TreeStats> = (0..view.blases.len())
             .filter_map(|i| Some(TreeStats::of_tree(view.blas(i)?.nodes, u64::from(view.blases[i].prim_count))))
@@ -65,6 +68,7 @@ impl FileReport {
             instances: view.instances.len() as u64,
             instanced_triangles: if two_levels { instanced } else { blas.prims },
             blas: TreeReport::from(&blas),
+            epo: None,
             blas_spread: spread,
             tlas: tlas.as_ref().map(TreeReport::from),
         }

@@ -5,4 +5,5 @@
 
 pub mod file;
 pub mod info;
+pub mod overlap;
 pub mod stats;

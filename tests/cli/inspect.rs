@@ -51,7 +51,8 @@ fn stats_show_several_files_as_columns() {
     let text = place.ok("stats a.bvhc b.bvhc").out;
     let heading: Vec<&str> = text.lines().next().unwrap().split_whitespace().collect();
     assert_eq!(heading, ["a.bvhc", "b.bvhc"]);
-    for row in ["nodes", "SAH", "nodes' share", "duplicated", "sibling overlap", "bytes per triangle", "leaves by size"]
+    for row in
+        ["nodes", "SAH", "EPO", "nodes' share", "duplicated", "sibling overlap", "bytes per triangle", "leaves by size"]
     {
         assert!(text.contains(row), "{row} in {text}");
     }
@@ -70,6 +71,47 @@ fn stats_show_several_files_as_columns() {
     let (nodes, inner) =
         (blas["sah"].as_f64().unwrap(), blas["sah_nodes"].as_f64().unwrap() + blas["sah_leaves"].as_f64().unwrap());
     assert!((nodes - inner).abs() < 1e-9);
+}
+
+#[test]
+fn stats_measure_the_end_point_overlap() {
+    // Slivers that cross each other.
+    let place = Place::new();
+    let mut obj = String::new();
+    for i in 0..300 {
+        let t = f64::from(i) / 300.0;
+        let (a, b) = if i % 2 == 0 { ([t, 0.0], [1.0 - t, 1.0]) } else { ([0.0, t], [1.0, 1.0 - t]) };
+        for [x, y] in [a, b, [a[0] + 0.01, a[1] + 0.01]] {
+            obj += &format!("v {x} {y} {t}\n");
+        }
+        obj += "f -3 -2 -1\n";
+    }
+    place.write("a.obj", obj);
+    place.ok("build a.obj -o a.bvhc --method binned");
+    let epo = |how: &str| place.ok(&format!("stats a.bvhc --json {how}")).json()["files"][0]["epo"].clone();
+    let (exact, sampled) = (epo("--epo exact"), epo("--epo sampled"));
+    let (value, about) = (exact["value"].as_f64().unwrap(), sampled["value"].as_f64().unwrap());
+    let error = sampled["standard_error"].as_f64().unwrap();
+    assert!(value > 0.0 && (about - value).abs() <= 4.0 * error, "{exact} {sampled}");
+    assert_eq!((exact["standard_error"].as_f64(), exact["points"].as_u64()), (Some(0.0), Some(0)));
+    assert_eq!(sampled["points"], 1 << 18);
+    assert_eq!(epo(""), exact, "a small file needs no sampling");
+    for how in ["exact", "sampled"] {
+        let jobs = |n| epo(&format!("--epo {how} --jobs {n}"));
+        assert_eq!(jobs(1), jobs(3), "the same for any number of threads");
+    }
+    assert!(epo("--epo off").is_null());
+
+    let shown = |how: &str| {
+        let text = place.ok(&format!("stats a.bvhc {how}")).out;
+        text.lines().find(|l| l.starts_with("EPO")).unwrap().split_whitespace().nth(1).unwrap().to_string()
+    };
+    assert_eq!(shown("--epo exact"), format!("{value:.2}"));
+    assert_eq!(shown("--epo off"), "-");
+    let csv = place.ok("stats a.bvhc --epo exact --csv").out;
+    let cells: Vec<Vec<&str>> = csv.lines().map(|l| l.split(',').collect()).collect();
+    let column = cells[0].iter().position(|name| *name == "epo").unwrap();
+    assert_eq!(cells[1][column].parse::<f64>().unwrap(), value);
 }
 
 #[test]

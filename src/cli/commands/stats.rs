@@ -1,5 +1,6 @@
 //! `bvhc stats`: what the trees of a file are like.
 
+use crate::build::Executor;
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -8,16 +9,17 @@ use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::table::{Table, csv_line};
 use crate::report::file::{BlasSpread, Extreme, FileReport};
+use crate::report::overlap::{EpoMode, EpoReport};
 use crate::report::stats::TreeReport;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Measure the trees of cache files: SAH, depth, leaves, duplication, overlap
+/// Measure the trees of cache files: SAH, EPO, depth, leaves, duplication, overlap
 ///
 /// The files become columns. The SAH is over the root's area with C_T = 1.2 and C_I = 1; over several trees it is the mean
-/// weighted by the areas of their roots. EPO is not computed: it needs every triangle clipped against every node that it
-/// is not in.
+/// weighted by the areas of their roots. EPO, the end-point overlap, is what a ray pays with the same costs for nodes that contain its end but
+/// not the triangle there; over several trees it is weighted by the areas of their surfaces. SAH and EPO together tell more than either alone.
 #[derive(Debug, Args)]
 pub struct StatsArgs {
     /// Cache files
@@ -26,9 +28,35 @@ pub struct StatsArgs {
     /// One line of comma-separated values per file, with a heading
     #[arg(long, conflicts_with = "json")]
     csv: bool,
+    /// How EPO is measured
+    #[arg(long, value_name = "HOW", value_enum, default_value = "auto")]
+    epo: Epo,
     /// Show also the nodes and leaves at each depth
     #[arg(long)]
     depths: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Epo {
+    /// `exact` where that takes about a second a tree at most, `sampled` otherwise
+    Auto,
+    /// Every triangle clipped with every box that it reaches into: long for bad trees of many triangles
+    Exact,
+    /// At 262,144 points of the surface, with the standard error beside it
+    Sampled,
+    /// Not at all
+    Off,
+}
+
+impl Epo {
+    fn mode(self) -> Option<EpoMode> {
+        match self {
+            Epo::Auto => Some(EpoMode::Auto(1 << 18)),
+            Epo::Exact => Some(EpoMode::Exact),
+            Epo::Sampled => Some(EpoMode::Points(1 << 18)),
+            Epo::Off => None,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -38,11 +66,14 @@ struct Document<'a> {
 }
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
+    let exec = Executor::new(context.global.jobs).map_err(|e| caches::build_failure(&e))?;
     let mut paths = Vec::new();
     let (reports, exit) = caches::each(&args.files, context, |path| {
         let opened = caches::open(path, context)?;
         paths.push(path.to_path_buf());
-        Ok(FileReport::of_view(path.to_string_lossy().into_owned(), opened.header().file_len, &opened.view()))
+        let (name, view) = (path.to_string_lossy().into_owned(), opened.view());
+        let epo = args.epo.mode().map(|mode| EpoReport::of_view(&view, mode, &exec));
+        Ok(FileReport { epo, ..FileReport::of_view(name, opened.header().file_len, &view) })
     });
     if context.terminal.json {
         context.terminal.document(&Document { schema: "bvhc.stats.v1", files: &reports })?;
@@ -57,7 +88,7 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
 /// A named figure of a file, as a person reads it.
 type Row = (&'static str, fn(&FileReport) -> String);
 
-const ROWS: [Row; 12] = [
+const ROWS: [Row; 13] = [
     ("nodes", |r| figures::count(r.blas.nodes)),
     ("leaves", |r| figures::count(r.blas.leaves)),
     ("triangles", |r| figures::count(r.blas.prims)),
@@ -67,6 +98,7 @@ const ROWS: [Row; 12] = [
     ("SAH", |r| format!("{:.2}", r.blas.sah)),
     ("  nodes' share", |r| format!("{:.1} %", share(r.blas.sah_nodes, r.blas.sah))),
     ("  leaves' share", |r| format!("{:.1} %", share(r.blas.sah_leaves, r.blas.sah))),
+    ("EPO", |r| r.epo.as_ref().map_or_else(dash, epo)),
     ("refs per leaf", |r| format!("{:.2}", r.blas.refs_per_leaf)),
     ("sibling overlap", |r| format!("{:.2} %", r.blas.mean_sibling_overlap * 100.0)),
     ("bytes per triangle", |r| format!("{:.1}", r.bytes_per_triangle)),
@@ -97,6 +129,12 @@ const SPREAD_ROWS: [SpreadRow; 5] = [
 
 fn extreme(e: Extreme, show: impl Fn(f64) -> String) -> String {
     format!("{} (#{})", show(e.value), e.blas)
+}
+
+/// Two digits behind the point, and one standard deviation where it shows there.
+fn epo(report: &EpoReport) -> String {
+    let error = if report.standard_error >= 0.005 { format!(" ±{:.2}", report.standard_error) } else { String::new() };
+    format!("{:.2}{error}", report.value)
 }
 
 fn share(part: f64, whole: f64) -> f64 {
@@ -155,7 +193,7 @@ fn counted(n: u64, of: u64) -> String {
 /// A figure as a machine reads it; the shortest text that gives the same number back.
 type Column = (&'static str, fn(&FileReport) -> String);
 
-const COLUMNS: [Column; 20] = [
+const COLUMNS: [Column; 23] = [
     ("file_len", |r| r.file_len.to_string()),
     ("levels", |r| r.levels.to_string()),
     ("trees", |r| r.blas.trees.to_string()),
@@ -168,6 +206,9 @@ const COLUMNS: [Column; 20] = [
     ("sah", |r| r.blas.sah.to_string()),
     ("sah_nodes", |r| r.blas.sah_nodes.to_string()),
     ("sah_leaves", |r| r.blas.sah_leaves.to_string()),
+    ("epo", |r| epo_column(r, |e| e.value.to_string())),
+    ("epo_standard_error", |r| epo_column(r, |e| e.standard_error.to_string())),
+    ("epo_points", |r| epo_column(r, |e| e.points.to_string())),
     ("refs_per_leaf", |r| r.blas.refs_per_leaf.to_string()),
     ("mean_sibling_overlap", |r| r.blas.mean_sibling_overlap.to_string()),
     ("overlap_per_root_area", |r| r.blas.overlap_per_root_area.to_string()),
@@ -177,6 +218,10 @@ const COLUMNS: [Column; 20] = [
     ("tlas_nodes", |r| r.tlas.as_ref().map_or_else(String::new, |t| t.nodes.to_string())),
     ("tlas_sah", |r| r.tlas.as_ref().map_or_else(String::new, |t| t.sah.to_string())),
 ];
+
+fn epo_column(report: &FileReport, cell: fn(&EpoReport) -> String) -> String {
+    report.epo.as_ref().map_or_else(String::new, cell)
+}
 
 fn csv(reports: &[FileReport]) -> String {
     let heading = csv_line(std::iter::once("file").chain(COLUMNS.iter().map(|c| c.0)));

@@ -1,0 +1,354 @@
+//! End-point overlap: how much of the surface lies in nodes that do not hold it.
+//!
+//! EPO = Σ_n C_n · area((S \ S_n) ∩ box_n) / area(S) (Aila, Karras and Laine, "On Quality Metrics of Bounding Volume Hierarchies",
+//! 2013, section 4), with the report's costs: what a ray that ends somewhere on the surface S pays for nodes that contain its end
+//! but not the triangle there. This is the pure value, not the paper's mix with the SAH. S_n is the set of triangles with a
+//! reference below n: with spatial splits a triangle is in the S_n of every node that holds a piece of it. Boxes are closed, so a floor that lies
+//! in the bottom face of a chair's box counts, as a ray that ends there does enter the box.
+//!
+//! [`exact`] clips every triangle with every such box; [`sampled`] asks the same at points of the surface, in bounded time, and says how
+//! far off it may be.
+
+use super::{Subtrees, cost_of_visit};
+use crate::build::Executor;
+use crate::geom::clip::Polygon;
+use crate::geom::{Aabb, Point};
+use crate::trace::rays::Random;
+use crate::tree::Node;
+use std::ops::Add;
+
+/// Sums over one tree or several; several together are weighted by the areas of their surfaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EndPointOverlap {
+    /// Σ_n C_n · area((S \ S_n) ∩ box_n).
+    cost: f64,
+    /// area(S).
+    area: f64,
+    /// Variance of `cost`, from sampling; 0 if it is exact.
+    variance: f64,
+    /// Points asked at; 0 if it is exact.
+    points: u64,
+}
+
+impl EndPointOverlap {
+    /// 0 where the surface has no area.
+    pub fn epo(&self) -> f64 {
+        if self.area > 0.0 { self.cost / self.area } else { 0.0 }
+    }
+
+    /// How many points were asked at; 0 where every triangle was clipped.
+    pub fn points(&self) -> u64 {
+        self.points
+    }
+
+    /// One standard deviation of [`EndPointOverlap::epo`] as an estimate, on the high side; 0 where it is exact.
+    pub fn standard_error(&self) -> f64 {
+        if self.area > 0.0 { self.variance.sqrt() / self.area } else { 0.0 }
+    }
+}
+
+impl Add for EndPointOverlap {
+    type Output = EndPointOverlap;
+
+    fn add(self, other: EndPointOverlap) -> EndPointOverlap {
+        EndPointOverlap {
+            cost: self.cost + other.cost,
+            area: self.area + other.area,
+            variance: self.variance + other.variance,
+            points: self.points + other.points,
+        }
+    }
+}
+
+/// Triangles or points that one task handles; fixed, so that sums do not depend on the number of threads.
+const CHUNK: usize = 256;
+
+/// Clip every triangle. The time grows with the number of pairs of a triangle and a foreign node that it reaches into, which is some tens a
+/// triangle for a good tree and without bound for a bad one.
+pub fn exact(tree: &Subtrees, corners: impl Fn(usize) -> [Point; 3] + Sync, exec: &Executor) -> EndPointOverlap {
+    exact_within(tree, corners, u64::MAX, exec).unwrap_or_default()
+}
+
+/// [`exact`], or `None` as soon as it is clear that more than about `most_visits` nodes would be visited.
+pub fn exact_within(
+    tree: &Subtrees,
+    corners: impl Fn(usize) -> [Point; 3] + Sync,
+    most_visits: u64,
+    exec: &Executor,
+) -> Option<EndPointOverlap> {
+    let all: Vec<u32> = (0..tree.triangles() as u32).collect();
+    let (mut sum, mut visits, mut rest) = (EndPointOverlap::default(), 0u64, &all[..]);
+    while !rest.is_empty() {
+        // Rounds of growing size, so that what the ones before cost tells in time what the next one may.
+        let done = all.len() - rest.len();
+        let (round, others) = rest.split_at(rest.len().min(done.clamp(CHUNK, ROUND)));
+        let parts = exec.map_chunks(round, CHUNK, |_, chunk| {
+            let mut visits = 0;
+            let of = |t: &u32| of_triangle(tree, *t as usize, &corners(*t as usize), &mut visits);
+            (chunk.iter().map(of).fold(EndPointOverlap::default(), Add::add), visits)
+        });
+        sum = parts.iter().fold(sum, |sum, part| sum + part.0);
+        visits += parts.iter().map(|part| part.1).sum::<u64>();
+        rest = others;
+        if visits > most_visits {
+            return None;
+        }
+    }
+    Some(sum)
+}
+
+/// Most triangles a round of [`exact_within`].
+const ROUND: usize = 1 << 13;
+
+/// Parts of a triangle below this share of it are rounding, left where it only touches a box.
+const TOUCH: f64 = 1e-12;
+
+fn of_triangle(tree: &Subtrees, triangle: usize, corners: &[Point; 3], visits: &mut u64) -> EndPointOverlap {
+    let whole = Polygon::triangle(corners);
+    let area = whole.area();
+    let bounds = Aabb::from_points(corners);
+    let mut cost = 0.0;
+    let mut stack = if tree.nodes().is_empty() { Vec::new() } else { vec![0u32] };
+    while let Some(i) = stack.pop() {
+        *visits += 1;
+        if bounds.intersection(tree.nodes()[i as usize].bounds()).is_empty() {
+            continue;
+        }
+        if tree.owns(i, triangle) {
+            stack.extend(tree.children(i).into_iter().flatten());
+        } else {
+            cost += below_foreign(tree, i, whole, TOUCH * area, visits);
+        }
+    }
+    EndPointOverlap { cost, area, ..EndPointOverlap::default() }
+}
+
+/// Σ C_n · area of the polygon's part in n, over a node that does not hold the triangle and all below it. A child's box lies in its
+/// parent's, so what the parent left is cut further.
+fn below_foreign(tree: &Subtrees, top: u32, whole: Polygon, least: f64, visits: &mut u64) -> f64 {
+    let mut cost = 0.0;
+    let mut stack = vec![(top, whole)];
+    while let Some((i, mut part)) = stack.pop() {
+        *visits += 1;
+        let node = &tree.nodes()[i as usize];
+        part.cut_exactly(&node.bounds());
+        let area = part.area();
+        if area <= least {
+            continue;
+        }
+        cost += cost_of_visit(node) * area;
+        if let Some(children) = tree.children(i) {
+            let reach = part.reach();
+            let reached = |c: &u32| !reach.intersection(tree.nodes()[*c as usize].bounds()).is_empty();
+            stack.extend(children.into_iter().filter(reached).map(|c| (c, part)));
+        }
+    }
+    cost
+}
+
+/// Ask at `points` points, spread over the surface in proportion to area; at fewer where so many nodes contain each of them that more than
+/// [`MOST_VISITS`] would be visited, so that the time is bounded on every tree.
+///
+/// How far along the accumulated area the points stand follows the golden ratio, which spreads any number of them evenly; where in their
+/// triangles, pseudo-random numbers that are the same each time.
+pub fn sampled(
+    tree: &Subtrees,
+    corners: impl Fn(usize) -> [Point; 3] + Sync,
+    points: usize,
+    exec: &Executor,
+) -> EndPointOverlap {
+    let mut area = 0.0;
+    let until = |t| {
+        area += Polygon::triangle(&corners(t)).area();
+        area
+    };
+    let accumulated: Vec<f64> = (0..tree.triangles()).map(until).collect();
+    if points == 0 || area <= 0.0 || !area.is_finite() {
+        return EndPointOverlap::default();
+    }
+    let at_number = |j: u32| {
+        let (along, mut random) = ((GOLDEN * (f64::from(j) + 0.5)).fract(), Random::new(u64::from(j)));
+        let (u, v) = (random.unit(), random.unit());
+        let t = accumulated.partition_point(|a| *a <= along * area).min(tree.triangles() - 1);
+        at_point(tree, t, &point_of(&corners(t), u, v))
+    };
+
+    // Rounds that double: whether there is another one depends on what the ones before cost, and on nothing else.
+    let (mut total, mut done) = (Tally::default(), 0);
+    while done < points && total.visits < MOST_VISITS {
+        let round: Vec<u32> = (done..points.min((2 * done).max(CHUNK))).map(|j| j as u32).collect();
+        done += round.len();
+        let parts = exec
+            .map_chunks(&round, CHUNK, |_, chunk| chunk.iter().map(|j| at_number(*j)).fold(Tally::default(), Add::add));
+        total = parts.into_iter().fold(total, Add::add);
+    }
+    let count = done as f64;
+    let mean = total.cost / count;
+    let spread = (total.squares / count - mean * mean).max(0.0);
+    EndPointOverlap { cost: mean * area, area, variance: spread / count * area * area, points: done as u64 }
+}
+
+/// Nodes visited by [`sampled`] before it takes no further points: about a second's worth on one core. As fair a bound for
+/// [`exact_within`], which visits some 40 a triangle where trees are good.
+pub const MOST_VISITS: u64 = 1 << 27;
+
+/// The golden ratio less one.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Costs at points: their sum, the sum of their squares, and how many nodes were visited to know them.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    cost: f64,
+    squares: f64,
+    visits: u64,
+}
+
+impl Add for Tally {
+    type Output = Tally;
+
+    fn add(self, other: Tally) -> Tally {
+        Tally {
+            cost: self.cost + other.cost,
+            squares: self.squares + other.squares,
+            visits: self.visits + other.visits,
+        }
+    }
+}
+
+/// The point at `(u, v)` of the unit square folded onto the triangle. A coordinate that all corners share comes out exact, so that points of a
+/// floor lie in the faces that the floor lies in.
+fn point_of(corners: &[Point; 3], u: f64, v: f64) -> [f64; 3] {
+    let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+    let [a, b, c] = corners.map(|p| p.map(f64::from));
+    [0, 1, 2].map(|k| a[k] + u * (b[k] - a[k]) + v * (c[k] - a[k]))
+}
+
+/// Σ C_n over the nodes that contain the point and hold no piece of its triangle.
+fn at_point(tree: &Subtrees, triangle: usize, point: &[f64; 3]) -> Tally {
+    let contains = |n: &Node| (0..3).all(|k| f64::from(n.min[k]) <= point[k] && point[k] <= f64::from(n.max[k]));
+    let (mut cost, mut visits) = (0.0, 0);
+    let mut stack = if tree.nodes().is_empty() { Vec::new() } else { vec![(0u32, true)] };
+    while let Some((i, held)) = stack.pop() {
+        visits += 1;
+        let node = &tree.nodes()[i as usize];
+        if !contains(node) {
+            continue;
+        }
+        let held = held && tree.owns(i, triangle);
+        cost += if held { 0.0 } else { cost_of_visit(node) };
+        stack.extend(tree.children(i).into_iter().flatten().map(|c| (c, held)));
+    }
+    Tally { cost, squares: cost * cost, visits }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::{BuildOptions, NoProgress, Preset, build_tree};
+    use crate::scene::Mesh;
+
+    fn flat(min: [f32; 3], max: [f32; 3]) -> Aabb {
+        Aabb { min, max }
+    }
+
+    /// A unit right triangle at height z.
+    fn triangle(x: f32, z: f32) -> [Point; 3] {
+        [[x, 0.0, z], [x + 1.0, 0.0, z], [x, 1.0, z]]
+    }
+
+    /// Two leaves: the first holds triangle 0 and reaches over half of the corner of triangle 1.
+    #[test]
+    fn a_hand_made_overlap() {
+        let corners = [triangle(0.0, 0.0), triangle(1.0, 0.0)];
+        let zero: Node = bytemuck::Zeroable::zeroed();
+        let nodes = [
+            Node::inner(flat([0.0; 3], [2.0, 1.0, 0.0]), 2),
+            zero,
+            Node::leaf(flat([0.0; 3], [1.5, 1.0, 0.0]), 0, 1),
+            Node::leaf(flat([1.0, 0.0, 0.0], [2.0, 1.0, 0.0]), 1, 1),
+        ];
+        let tree = Subtrees::new(&nodes, &[0, 1], 2);
+        // The half of triangle 1 with x < 1.5 has area 3/8; the surface 1. Triangle 0 only touches the other leaf, in a point.
+        let one = exact(&tree, |t| corners[t], &Executor::sequential());
+        assert!((one.epo() - 0.375).abs() < 1e-12, "{one:?}");
+        assert_eq!(one.standard_error(), 0.0);
+        let points = sampled(&tree, |t| corners[t], 10_000, &Executor::sequential());
+        assert!((points.epo() - 0.375).abs() < 0.01 && points.standard_error() < 0.01, "{points:?}");
+        assert!((points.area - 1.0).abs() < 1e-12);
+
+        // Two trees side by side: weighted by area, so twice the same is the same.
+        assert!(((one + one).epo() - one.epo()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn one_leaf_overlaps_with_nothing_and_no_tree_has_none() {
+        let corners = [triangle(0.0, 0.0), triangle(0.0, 0.0)];
+        let nodes = [Node::leaf(flat([0.0; 3], [1.0, 1.0, 0.0]), 0, 2), bytemuck::Zeroable::zeroed()];
+        let tree = Subtrees::new(&nodes, &[0, 1], 2);
+        assert_eq!(exact(&tree, |t| corners[t], &Executor::sequential()).epo(), 0.0);
+        assert_eq!(sampled(&tree, |t| corners[t], 64, &Executor::sequential()).epo(), 0.0);
+        let none = Subtrees::new(&[], &[], 0);
+        assert_eq!(exact(&none, |_| [[0.0; 3]; 3], &Executor::sequential()), EndPointOverlap::default());
+        assert_eq!(sampled(&none, |_| [[0.0; 3]; 3], 64, &Executor::sequential()), EndPointOverlap::default());
+    }
+
+    /// Slivers in all directions, so that boxes overlap and splits happen.
+    fn straw(count: usize) -> Mesh {
+        let mut state = 1u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let mut mesh = Mesh::default();
+        for i in 0..count as u32 {
+            let (a, b) = ([next(), next(), next()], [next(), next(), next()]);
+            mesh.positions.extend([a, b, [a[0] + 0.02, a[1], a[2] + 0.01]]);
+            mesh.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
+        }
+        mesh
+    }
+
+    /// The definition, node by node, with neither runs of slots nor a walk down.
+    fn by_definition(mesh: &Mesh, nodes: &[Node], refs: &[u32]) -> f64 {
+        let held = |i: usize| {
+            let (mut held, mut stack) = (vec![false; mesh.triangles.len()], vec![i]);
+            while let Some(i) = stack.pop() {
+                let (first, count) = (nodes[i].first as usize, nodes[i].count as usize);
+                refs[first..][..count].iter().for_each(|t| held[*t as usize] = true);
+                stack.extend(if count == 0 { vec![first, first + 1] } else { vec![] });
+            }
+            held
+        };
+        let mut sum = 0.0;
+        for i in (0..nodes.len()).filter(|i| *i != 1) {
+            let foreign = held(i).into_iter().enumerate().filter(|(_, held)| !held);
+            let area = foreign.map(|(t, _)| Polygon::inside(&mesh.corners(t), &nodes[i].bounds()).area());
+            sum += cost_of_visit(&nodes[i]) * area.sum::<f64>();
+        }
+        sum / (0..mesh.triangles.len()).map(|t| Polygon::triangle(&mesh.corners(t)).area()).sum::<f64>()
+    }
+
+    #[test]
+    fn the_walk_agrees_with_the_definition_with_and_without_splits() {
+        let mesh = straw(600);
+        for preset in [Preset::Draft, Preset::Best] {
+            let options = BuildOptions::preset(preset);
+            let tree = build_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
+            assert_eq!(preset == Preset::Best, tree.refs.len() > 600);
+            let subtrees = Subtrees::new(&tree.nodes, &tree.refs, 600);
+            let expected = by_definition(&mesh, &tree.nodes, &tree.refs);
+            let ours = exact(&subtrees, |t| mesh.corners(t), &Executor::sequential());
+            assert!((ours.epo() - expected).abs() < 1e-9 * expected, "{preset}: {} for {expected}", ours.epo());
+            assert!(expected > 1.0, "a scene that tests something: {expected}");
+
+            // Points agree within three of their standard errors, and threads change no bit.
+            let points = sampled(&subtrees, |t| mesh.corners(t), 20_000, &Executor::sequential());
+            assert!((points.epo() - expected).abs() < 3.0 * points.standard_error(), "{points:?} for {expected}");
+            let two = Executor::new(2).unwrap();
+            assert_eq!(exact(&subtrees, |t| mesh.corners(t), &two), ours);
+            assert_eq!(exact_within(&subtrees, |t| mesh.corners(t), 1 << 30, &two), Some(ours));
+            assert_eq!(exact_within(&subtrees, |t| mesh.corners(t), 10_000, &two), None);
+            assert_eq!(sampled(&subtrees, |t| mesh.corners(t), 20_000, &two), points);
+        }
+    }
+}
