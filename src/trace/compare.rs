@@ -119,8 +119,8 @@ pub fn judge(view: &View<'_>, oracle: &Oracle<'_>, answer: &Answer, hit: Option<
     }
 }
 
-/// Whether a hit's ids are those of a source triangle.
-fn names(view: &View<'_>, oracle: &Oracle<'_>, hit: &Hit, source: Source) -> bool {
+/// Whether a hit's ids are those of a source triangle, at whatever distance.
+pub fn names(view: &View<'_>, oracle: &Oracle<'_>, hit: &Hit, source: Source) -> bool {
     let scene = oracle.scene();
     let instance = &scene.instances[source.instance as usize];
     let mesh = &scene.meshes[instance.mesh as usize];

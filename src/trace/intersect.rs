@@ -10,14 +10,15 @@
 //! edge than about 2⁻⁵⁰ of the coordinates in play. `f32` alone would move edges by 2⁻²² of the distance, enough to hand a hit to
 //! a neighbour whose box the ray misses.
 
+use super::arithmetic::{Crossing, TriangleTest, dominant, others};
 use super::lanes::{self, Lanes};
-use crate::cache::TriangleRecord;
+use crate::cache::{InstanceRecord, TriangleRecord};
 
 /// A ray made ready for triangle tests. The axis of the direction's largest component is a constant of the test functions; this
 /// says which to call.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgeRay {
-    pub dominant: usize,
+    dominant: usize,
     origin: [f64; 3],
     direction: [f64; 3],
     /// The origin and the two shears rounded to `f32`.
@@ -27,29 +28,35 @@ pub(super) struct EdgeRay {
     slack: Lanes,
 }
 
-/// A hit as the test finds it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Crossing {
-    pub t: f64,
-    pub u: f64,
-    pub v: f64,
-}
+impl TriangleTest for EdgeRay {
+    /// In `f64`: the stored matrix is taken as it is, and nothing is added to its rounding.
+    fn to_object(instance: &InstanceRecord, origin: [f64; 3], direction: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        let m = instance.world_to_object.map(f64::from);
+        let linear = |v: [f64; 3], r: usize| m[4 * r] * v[0] + m[4 * r + 1] * v[1] + m[4 * r + 2] * v[2];
+        ([0, 1, 2].map(|r| linear(origin, r) + m[4 * r + 3]), [0, 1, 2].map(|r| linear(direction, r)))
+    }
 
-const fn others(axis: usize) -> (usize, usize) {
-    ((axis + 1) % 3, (axis + 2) % 3)
+    fn new(origin: [f64; 3], direction: [f64; 3]) -> EdgeRay {
+        EdgeRay::new(origin, direction)
+    }
+
+    fn axis(&self) -> usize {
+        self.dominant
+    }
+
+    #[inline(always)]
+    fn crossing<const AXIS: usize>(&self, triangle: &TriangleRecord) -> Option<Crossing> {
+        if self.surely_misses::<AXIS>(triangle) {
+            return None;
+        }
+        self.decide::<AXIS>([&triangle.v0, &triangle.v1, &triangle.v2])
+    }
 }
 
 impl EdgeRay {
     /// The direction is finite and not zero.
-    pub fn new(origin: [f64; 3], direction: [f64; 3]) -> EdgeRay {
-        let [x, y, z] = direction.map(f64::abs);
-        let dominant = if x >= y && x >= z {
-            0
-        } else if y >= z {
-            1
-        } else {
-            2
-        };
+    fn new(origin: [f64; 3], direction: [f64; 3]) -> EdgeRay {
+        let dominant = dominant(direction);
         let (kx, ky) = others(dominant);
         let filter_origin = origin.map(|v| v as f32);
         let moved = (0..3).map(|a| (origin[a] - f64::from(filter_origin[a])).abs()).fold(0.0, f64::max);
@@ -73,7 +80,7 @@ impl EdgeRay {
     ///
     /// The lanes are the three corners, and the third once more.
     #[inline(always)]
-    pub fn surely_misses<const AXIS: usize>(&self, triangle: &TriangleRecord) -> bool {
+    fn surely_misses<const AXIS: usize>(&self, triangle: &TriangleRecord) -> bool {
         let (kx, ky) = others(AXIS);
         let rows: [[f32; 4]; 3] = bytemuck::cast(*triangle);
         let [a, b, c] = rows.map(|row| lanes::sub(lanes::of(row), self.filter_origin));
@@ -101,7 +108,7 @@ impl EdgeRay {
     /// sensible for planes that the ray nearly lies in. A distance of zero is always positive: which of two zeros a minimum is
     /// differs between processors.
     #[inline(never)]
-    pub fn crossing<const AXIS: usize>(&self, corners: [&[f32; 3]; 3]) -> Option<Crossing> {
+    fn decide<const AXIS: usize>(&self, corners: [&[f32; 3]; 3]) -> Option<Crossing> {
         let (kx, ky) = others(AXIS);
         let (o, d) = (&self.origin, &self.direction);
         let [a, b, c] = corners.map(|p| {

@@ -28,6 +28,7 @@
 //! `brute`, `rays` and `compare` are the judge: every triangle of the source scene tested in `f64` without any tree, sets of
 //! rays that look for trouble, and a verdict per ray.
 
+pub mod arithmetic;
 pub mod brute;
 mod cached;
 pub mod compare;

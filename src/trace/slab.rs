@@ -14,16 +14,58 @@
 use super::lanes::{self, Lanes};
 use crate::geom::{Aabb, round_down, round_up};
 use crate::tree::Node;
+use std::marker::PhantomData;
 
 /// `9u`, rounded up to what `1 + WIDEN` can hold: how much of itself the exit distance is widened by.
 const WIDEN: f32 = 10.0 * (f32::EPSILON / 2.0);
+
+/// How careful a box test is. Only the set-up of a ray knows the rule; what is done for each node is the same for all.
+pub(super) trait Rule {
+    /// How much of itself the exit distance is widened by.
+    const EXIT: f32;
+    /// Whether distances to be compared with it are widened too, and the origin moved apart.
+    const GUARDED: bool;
+
+    /// The largest distance that may still be meant by a computed `t`.
+    #[inline(always)]
+    fn widened(t: f32) -> f32 {
+        if Self::GUARDED { t + t.abs() * Self::EXIT } else { t }
+    }
+}
+
+/// What the head of this file derives: never rejects a box that the exact ray meets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Conservative;
+
+/// The exit two units in the last place farther, and nothing else (Ize, "Robust BVH Ray Traversal", 2013, section 3).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TwoUlps;
+
+/// Slabs as `f32` computes them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plain;
+
+impl Rule for Conservative {
+    const EXIT: f32 = WIDEN;
+    const GUARDED: bool = true;
+}
+
+impl Rule for TwoUlps {
+    const EXIT: f32 = 2.0 * f32::EPSILON;
+    const GUARDED: bool = false;
+}
+
+impl Rule for Plain {
+    const EXIT: f32 = 0.0;
+    const GUARDED: bool = false;
+}
 
 /// A ray made ready for box tests, two boxes `a` and `b` at once.
 ///
 /// Everything stands in the lanes `enter a, enter b, leave a, leave b`, one register an axis. What belongs to leaving is negated, so that
 /// the latest entry and the earliest exit are both a maximum.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Slabs {
+pub(super) struct Slabs<R> {
     /// The origin that makes the entry distance smallest, and the one that makes the exit distance largest.
     origins: [Lanes; 3],
     /// `1 / direction`. Infinite where the ray is parallel to the slab: then an origin inside gives −∞ and +∞, one on a face gives
@@ -32,11 +74,15 @@ pub(super) struct Slabs {
     /// By axis, all ones where a box's maximum is entered first.
     enters_high: Lanes,
     t_min: f32,
+    rule: PhantomData<R>,
 }
 
-impl Slabs {
+impl<R: Rule> Slabs<R> {
     /// `bounds` contains everything that will be tested.
-    pub fn new(origin: [f64; 3], direction: [f64; 3], bounds: &Aabb, t_min: f32) -> Slabs {
+    pub fn new(origin: [f64; 3], direction: [f64; 3], bounds: &Aabb, t_min: f32) -> Slabs<R> {
+        if !R::GUARDED {
+            return Slabs::unguarded(origin, direction, t_min);
+        }
         let larger = |m: f32, v: f32| if v.abs() > m { v.abs() } else { m };
         let plane = bounds.min.into_iter().chain(bounds.max).fold(0.0, larger);
         let coordinate = origin.into_iter().fold(0.0f64, |m, v| if v.abs() > m { v.abs() } else { m });
@@ -66,17 +112,28 @@ impl Slabs {
         }
         Slabs {
             origins: [0, 1, 2].map(|a| lanes::of([near[a], near[a], far[a], far[a]])),
-            inverses: inverses.map(|i| {
-                let leaving = -i * (1.0 + WIDEN);
-                lanes::of([i, i, leaving, leaving])
-            }),
+            inverses: inverses.map(entering_and_leaving::<R>),
             enters_high: lanes::of(enters_high),
             t_min,
+            rule: PhantomData,
+        }
+    }
+
+    /// One origin as `f32` rounds it, and reciprocals with the sign of the direction, zeros included.
+    fn unguarded(origin: [f64; 3], direction: [f64; 3], t_min: f32) -> Slabs<R> {
+        let inverses = direction.map(|d| 1.0 / d as f32);
+        let flipped = inverses.map(|i| f32::from_bits(if i < 0.0 { u32::MAX } else { 0 }));
+        Slabs {
+            origins: origin.map(|o| lanes::splat(o as f32)),
+            inverses: inverses.map(entering_and_leaving::<R>),
+            enters_high: lanes::of([flipped[0], flipped[1], flipped[2], 0.0]),
+            t_min,
+            rule: PhantomData,
         }
     }
 
     /// [`Fault::SignOfZero`](super::observe::Fault).
-    pub fn entering_by_sign(mut self, direction: [f64; 3]) -> Slabs {
+    pub fn entering_by_sign(mut self, direction: [f64; 3]) -> Slabs<R> {
         let [x, y, z] = direction.map(|d| f32::from_bits(if d.is_sign_negative() { u32::MAX } else { 0 }));
         self.enters_high = lanes::of([x, y, z, 0.0]);
         self
@@ -85,7 +142,7 @@ impl Slabs {
     /// What [`Slabs::pair`] takes as the part of the ray that counts: from its start to `limit`.
     #[inline(always)]
     pub fn reach(&self, limit: f32) -> Lanes {
-        let limit = -widened(limit);
+        let limit = -R::widened(limit);
         lanes::of([self.t_min, self.t_min, limit, limit])
     }
 
@@ -114,10 +171,9 @@ impl Slabs {
     }
 }
 
-/// The largest distance that may still be meant by a computed `t`.
-#[inline]
-pub(super) fn widened(t: f32) -> f32 {
-    t + t.abs() * WIDEN
+fn entering_and_leaving<R: Rule>(inverse: f32) -> Lanes {
+    let leaving = -inverse * (1.0 + R::EXIT);
+    lanes::of([inverse, inverse, leaving, leaving])
 }
 
 const fn power_of_two(exponent: i32) -> f64 {
@@ -152,8 +208,8 @@ mod tests {
     }
 
     /// The test of one box as the head of this file has it, an axis after the other.
-    fn plain(slabs: &Slabs, node: &Node, limit: f32) -> (f32, bool) {
-        let (mut near, mut far) = (slabs.t_min, widened(limit));
+    fn plain(slabs: &Slabs<Conservative>, node: &Node, limit: f32) -> (f32, bool) {
+        let (mut near, mut far) = (slabs.t_min, Conservative::widened(limit));
         for axis in 0..3 {
             let high = lanes::array(slabs.enters_high)[axis].to_bits() != 0;
             let (low, top) = (node.min[axis], node.max[axis]);
@@ -173,7 +229,7 @@ mod tests {
         for _ in 0..200_000 {
             let nodes = [some_box(&mut random), some_box(&mut random)];
             let [origin, direction] = [0; 2].map(|_| [0; 3].map(|_| f64::from(special(&mut random))));
-            let slabs = Slabs::new(origin, direction, &nodes[0].bounds(), special(&mut random));
+            let slabs = Slabs::<Conservative>::new(origin, direction, &nodes[0].bounds(), special(&mut random));
             let limit = [special(&mut random), 1e38, 2.0][random.below(3) as usize];
             let (near, hits) = slabs.pair(&nodes, slabs.reach(limit));
             for i in 0..2 {
@@ -199,7 +255,7 @@ mod tests {
             // The direction in f64 is exact up to 2⁻⁵³ of the coordinates, far less than the origin's pad.
             let direction = [0, 1, 2].map(|a| f64::from(target[a]) - f64::from(origin[a]));
             let bounds = node.bounds().grow(target);
-            let slabs = Slabs::new(origin.map(f64::from), direction, &bounds, 0.0);
+            let slabs = Slabs::<Conservative>::new(origin.map(f64::from), direction, &bounds, 0.0);
             assert!(slabs.meets(&node, 1.0), "{origin:?} to {target:?} in {node:?}");
             assert_eq!(slabs.pair(&[node, node], slabs.reach(1.0)).1, 0b11);
         }
@@ -213,7 +269,7 @@ mod tests {
             let origin = [0; 3].map(|_| special(&mut random));
             let target = [0, 1, 2].map(|a| [node.min[a], node.max[a]][random.below(2) as usize]);
             let direction = [0, 1, 2].map(|a| f64::from(origin[a]) - f64::from(target[a]));
-            let slabs = Slabs::new(origin.map(f64::from), direction, &node.bounds(), -1.0);
+            let slabs = Slabs::<Conservative>::new(origin.map(f64::from), direction, &node.bounds(), -1.0);
             assert!(slabs.meets(&node, -1.0), "{origin:?} back to {target:?} in {node:?}");
             assert!(slabs.meets(&node, 1.0));
         }
@@ -224,7 +280,7 @@ mod tests {
         let node = Node::leaf(Aabb { min: [0.0, 0.0, 2.0], max: [1.0, 1.0, 3.0] }, 0, 1);
         for zero in [0.0, -0.0] {
             for (x, meets) in [(0.0, true), (1.0, true), (0.5, true), (-1e-3, false), (1.0 + 1e-6, false)] {
-                let slabs = Slabs::new([x, 0.0, 0.0], [zero, zero, 1.0], &node.bounds(), 0.0);
+                let slabs = Slabs::<Conservative>::new([x, 0.0, 0.0], [zero, zero, 1.0], &node.bounds(), 0.0);
                 assert_eq!(slabs.meets(&node, f32::MAX / 4.0), meets, "x = {x}, zero = {zero}");
             }
         }

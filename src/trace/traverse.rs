@@ -1,10 +1,11 @@
 //! Closest hit and any hit over a [`View`].
 
+use super::arithmetic::{Crossing, TriangleTest};
 use super::hit::{Best, Hit, Malformed};
 use super::intersect::EdgeRay;
 use super::observe::{Fault, NoObserver, Observer};
-use super::slab::{Slabs, widened};
-use crate::cache::{BlasView, InstanceRecord, TriangleRecord, View};
+use super::slab::{Conservative, Rule, Slabs};
+use crate::cache::{BlasView, TriangleRecord, View};
 use crate::geom::{Aabb, Ray};
 use crate::tree::{MAX_DEPTH, Node};
 
@@ -25,12 +26,12 @@ pub fn any_hit(view: &View<'_>, ray: &Ray) -> bool {
 
 /// [`closest_hit`] with an error for a malformed tree and with an observer that counts.
 pub fn try_closest_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<Option<Hit>, Malformed> {
-    trace::<false>(view, ray, observer)
+    trace::<false, EdgeRay, Conservative>(view, ray, observer)
 }
 
 /// [`any_hit`] with an error for a malformed tree and with an observer that counts.
 pub fn try_any_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<bool, Malformed> {
-    Ok(trace::<true>(view, ray, observer)?.is_some())
+    Ok(trace::<true, EdgeRay, Conservative>(view, ray, observer)?.is_some())
 }
 
 /// 2¹²⁶. Beyond, a ray parallel to a slab could not be told from one that reaches it late.
@@ -39,7 +40,12 @@ const FARTHEST: f32 = f32::from_bits((127 + 126) << 23);
 /// Most references that a leaf may have by the file's rules.
 const MAX_LEAF: u32 = 255;
 
-fn trace<const ANY: bool>(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<Option<Hit>, Malformed> {
+/// Closest hit, or with `ANY` the first one found, by the triangle test `T` and the box test under rule `R`.
+pub(super) fn trace<const ANY: bool, T: TriangleTest, R: Rule>(
+    view: &View<'_>,
+    ray: &Ray,
+    observer: &mut impl Observer,
+) -> Result<Option<Hit>, Malformed> {
     let usable = ray.origin.iter().chain(&ray.direction).all(|v| v.is_finite())
         && ray.direction != [0.0; 3]
         && ray.t_min <= ray.t_max;
@@ -53,10 +59,10 @@ fn trace<const ANY: bool>(view: &View<'_>, ray: &Ray, observer: &mut impl Observ
         if !view.blases.is_empty() {
             let blas = view.blas(0).ok_or(Malformed::BlasOutOfRange { instance: 0, blas: 0 })?;
             let tree = Bottom { blas, first_triangle: view.blases[0].ref_offset as usize, instance: None };
-            tree.trace::<ANY>(origin, direction, ray.t_min, &mut best, &mut stack, observer)?;
+            tree.trace::<ANY, T, R>(origin, direction, ray.t_min, &mut best, &mut stack, observer)?;
         }
     } else {
-        let slabs = slabs_for(observer, origin, direction, &view.tlas_nodes[0].bounds(), ray.t_min);
+        let slabs = slabs_for::<R, _>(observer, origin, direction, &view.tlas_nodes[0].bounds(), ray.t_min);
         let mut top_stack = Stack::new();
         walk(
             view.tlas_nodes,
@@ -72,11 +78,11 @@ fn trace<const ANY: bool>(view: &View<'_>, ray: &Ray, observer: &mut impl Observ
                         .blas(instance.blas as usize)
                         .ok_or(Malformed::BlasOutOfRange { instance: index, blas: instance.blas })?;
                     let first_triangle = view.blases[instance.blas as usize].ref_offset as usize;
-                    let (origin, direction) = to_object(instance, origin, direction);
+                    let (origin, direction) = T::to_object(instance, origin, direction);
                     let tree = Bottom { blas, first_triangle, instance: Some(instance.id) };
                     observer.instance();
                     observer.enter(index);
-                    if tree.trace::<ANY>(origin, direction, ray.t_min, best, &mut stack, observer)? {
+                    if tree.trace::<ANY, T, R>(origin, direction, ray.t_min, best, &mut stack, observer)? {
                         return Ok(true);
                     }
                     observer.leave();
@@ -86,13 +92,6 @@ fn trace<const ANY: bool>(view: &View<'_>, ray: &Ray, observer: &mut impl Observ
         )?;
     }
     Ok(best.hit)
-}
-
-/// The ray in an instance's own space, in `f64`: the stored matrix is taken as it is, and nothing is added to its rounding.
-fn to_object(instance: &InstanceRecord, origin: [f64; 3], direction: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-    let m = instance.world_to_object.map(f64::from);
-    let linear = |v: [f64; 3], r: usize| m[4 * r] * v[0] + m[4 * r + 1] * v[1] + m[4 * r + 2] * v[2];
-    ([0, 1, 2].map(|r| linear(origin, r) + m[4 * r + 3]), [0, 1, 2].map(|r| linear(direction, r)))
 }
 
 /// A BLAS under traversal.
@@ -105,7 +104,7 @@ struct Bottom<'a> {
 
 impl Bottom<'_> {
     /// Improve `best`; with `ANY`, true as soon as something is hit.
-    fn trace<const ANY: bool>(
+    fn trace<const ANY: bool, T: TriangleTest, R: Rule>(
         &self,
         origin: [f64; 3],
         direction: [f64; 3],
@@ -115,19 +114,19 @@ impl Bottom<'_> {
         observer: &mut impl Observer,
     ) -> Result<bool, Malformed> {
         let Some(root) = self.blas.nodes.first() else { return Ok(false) };
-        let edges = EdgeRay::new(origin, direction);
-        let slabs = slabs_for(observer, origin, direction, &root.bounds(), t_min);
-        match edges.dominant {
-            0 => self.trace_along::<ANY, 0>(&edges, &slabs, t_min, best, stack, observer),
-            1 => self.trace_along::<ANY, 1>(&edges, &slabs, t_min, best, stack, observer),
-            _ => self.trace_along::<ANY, 2>(&edges, &slabs, t_min, best, stack, observer),
+        let test = T::new(origin, direction);
+        let slabs = slabs_for::<R, _>(observer, origin, direction, &root.bounds(), t_min);
+        match test.axis() {
+            0 => self.trace_along::<ANY, 0, T, R>(&test, &slabs, t_min, best, stack, observer),
+            1 => self.trace_along::<ANY, 1, T, R>(&test, &slabs, t_min, best, stack, observer),
+            _ => self.trace_along::<ANY, 2, T, R>(&test, &slabs, t_min, best, stack, observer),
         }
     }
 
-    fn trace_along<const ANY: bool, const AXIS: usize>(
+    fn trace_along<const ANY: bool, const AXIS: usize, T: TriangleTest, R: Rule>(
         &self,
-        edges: &EdgeRay,
-        slabs: &Slabs,
+        test: &T,
+        slabs: &Slabs<R>,
         t_min: f32,
         best: &mut Best,
         stack: &mut Stack,
@@ -137,10 +136,7 @@ impl Bottom<'_> {
         walk(self.blas.nodes, self.blas.triangles, slabs, best, stack, observer, |start, triangles, best, observer| {
             for (i, triangle) in triangles.iter().enumerate() {
                 observer.triangle();
-                if edges.surely_misses::<AXIS>(triangle) {
-                    continue;
-                }
-                if let Some(c) = edges.crossing::<AXIS>([&triangle.v0, &triangle.v1, &triangle.v2]) {
+                if let Some(c) = test.crossing::<AXIS>(triangle) {
                     let accepted = c.t >= t_min && c.t <= best.t;
                     observer.crossing(start + i, c.t, accepted);
                     if accepted {
@@ -155,7 +151,7 @@ impl Bottom<'_> {
         })
     }
 
-    fn hit(&self, c: super::intersect::Crossing, triangle: &TriangleRecord, slot: usize) -> Hit {
+    fn hit(&self, c: Crossing, triangle: &TriangleRecord, slot: usize) -> Hit {
         Hit {
             t: c.t as f32,
             u: c.u as f32,
@@ -194,10 +190,10 @@ impl Stack {
 /// `leaf` gets the number of its first item and its items. The walk ends on every input: a tree enters each pair of siblings at most
 /// once, so more entries than pairs betray a record with two parents or a cycle, and more items than there are, leaves that overlap.
 #[inline(always)]
-fn walk<T, O: Observer>(
+fn walk<T, R: Rule, O: Observer>(
     nodes: &[Node],
     items: &[T],
-    slabs: &Slabs,
+    slabs: &Slabs<R>,
     best: &mut Best,
     stack: &mut Stack,
     observer: &mut O,
@@ -209,7 +205,7 @@ fn walk<T, O: Observer>(
     if !met {
         return Ok(false);
     }
-    let (mut reach, mut farthest) = (slabs.reach(best.limit), widened(best.limit));
+    let (mut reach, mut farthest) = (slabs.reach(best.limit), R::widened(best.limit));
     let (mut first, mut count) = (root.first, root.count);
     let mut depth = 0;
     let (mut pairs_left, mut items_left) = (nodes.len() / 2, items.len());
@@ -263,7 +259,7 @@ fn walk<T, O: Observer>(
             if leaf(first as usize, slots, best, observer)? {
                 return Ok(true);
             }
-            (reach, farthest) = (slabs.reach(best.limit), widened(best.limit));
+            (reach, farthest) = (slabs.reach(best.limit), R::widened(best.limit));
         }
 
         // Take up the next node that is not behind the best hit. No depth is beyond the stack, which the remainder tells the compiler.
@@ -287,8 +283,14 @@ fn walk<T, O: Observer>(
 
 /// The ray made ready for the boxes of one tree.
 #[inline(always)]
-fn slabs_for<O: Observer>(_: &O, origin: [f64; 3], direction: [f64; 3], bounds: &Aabb, t_min: f32) -> Slabs {
-    let slabs = Slabs::new(origin, direction, bounds, t_min);
+fn slabs_for<R: Rule, O: Observer>(
+    _: &O,
+    origin: [f64; 3],
+    direction: [f64; 3],
+    bounds: &Aabb,
+    t_min: f32,
+) -> Slabs<R> {
+    let slabs = Slabs::<R>::new(origin, direction, bounds, t_min);
     if O::FAULT == Some(Fault::SignOfZero) { slabs.entering_by_sign(direction) } else { slabs }
 }
 

@@ -1,6 +1,7 @@
 //! What the integration tests share.
 #![allow(dead_code)]
 
+pub mod meshes;
 pub mod vectors;
 
 use std::path::PathBuf;

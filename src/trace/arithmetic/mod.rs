@@ -1,0 +1,200 @@
+//! Other ways to calculate, to be measured against ours: triangle tests and box tests that traversal can be made of.
+//!
+//! The walk, its order and its stack are the same for all, so what differs in hits, visits and time is due to the arithmetic.
+//! [`closest_hit`](super::closest_hit) is the combination [`Arithmetic::OURS`]; nobody who wants hits needs another one.
+
+mod moller_trumbore;
+mod watertight;
+
+use super::hit::{Hit, Malformed};
+use super::intersect::EdgeRay;
+use super::observe::Observer;
+use super::slab::{Conservative, Plain, Rule, TwoUlps};
+use super::traverse::trace;
+use crate::cache::{InstanceRecord, TriangleRecord, View};
+use crate::geom::Ray;
+use moller_trumbore::{AnyDeterminant, MollerTrumbore, Published};
+use watertight::Watertight;
+
+/// How a triangle is tested.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TriangleArithmetic {
+    /// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997, in `f32`, with the absolute bound of 10⁻⁶ on
+    /// the determinant that the paper's listing has.
+    MollerTrumboreEpsilon,
+    /// The same formulas, rejecting a determinant only where it is zero.
+    MollerTrumbore,
+    /// Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", 2013: `f32`, and `f64` where an edge function is zero.
+    Watertight,
+    /// Ours: every edge decided in `f64` unless `f32` proves a miss.
+    Double,
+}
+
+/// How a box is tested.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BoxArithmetic {
+    /// Slabs as `f32` computes them.
+    Plain,
+    /// The exit distance two units in the last place farther (Ize, "Robust BVH Ray Traversal", 2013).
+    TwoUlps,
+    /// Ours: widened by all that rounding can do.
+    Conservative,
+}
+
+/// A triangle test and a box test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+pub struct Arithmetic {
+    pub triangles: TriangleArithmetic,
+    pub boxes: BoxArithmetic,
+}
+
+impl TriangleArithmetic {
+    pub const ALL: [TriangleArithmetic; 4] = [
+        TriangleArithmetic::MollerTrumboreEpsilon,
+        TriangleArithmetic::MollerTrumbore,
+        TriangleArithmetic::Watertight,
+        TriangleArithmetic::Double,
+    ];
+
+    /// As tables and charts have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            TriangleArithmetic::MollerTrumboreEpsilon => "Möller–Trumbore f32, ε = 1e-6",
+            TriangleArithmetic::MollerTrumbore => "Möller–Trumbore f32",
+            TriangleArithmetic::Watertight => "watertight f32",
+            TriangleArithmetic::Double => "f64 (bvhc)",
+        }
+    }
+}
+
+impl BoxArithmetic {
+    pub const ALL: [BoxArithmetic; 3] = [BoxArithmetic::Plain, BoxArithmetic::TwoUlps, BoxArithmetic::Conservative];
+
+    /// As tables and charts have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            BoxArithmetic::Plain => "plain",
+            BoxArithmetic::TwoUlps => "2 ulps",
+            BoxArithmetic::Conservative => "conservative",
+        }
+    }
+}
+
+impl Arithmetic {
+    /// What [`closest_hit`](super::closest_hit) calculates with.
+    pub const OURS: Arithmetic =
+        Arithmetic { triangles: TriangleArithmetic::Double, boxes: BoxArithmetic::Conservative };
+
+    /// Every combination, the cheapest first.
+    pub fn all() -> impl Iterator<Item = Arithmetic> {
+        let row = |triangles| BoxArithmetic::ALL.into_iter().map(move |boxes| Arithmetic { triangles, boxes });
+        TriangleArithmetic::ALL.into_iter().flat_map(row)
+    }
+}
+
+/// [`try_closest_hit`](super::try_closest_hit) by another arithmetic.
+pub fn closest_hit_by(
+    arithmetic: Arithmetic,
+    view: &View<'_>,
+    ray: &Ray,
+    observer: &mut impl Observer,
+) -> Result<Option<Hit>, Malformed> {
+    match arithmetic.triangles {
+        TriangleArithmetic::MollerTrumboreEpsilon => {
+            by_boxes::<MollerTrumbore<Published>>(arithmetic.boxes, view, ray, observer)
+        }
+        TriangleArithmetic::MollerTrumbore => {
+            by_boxes::<MollerTrumbore<AnyDeterminant>>(arithmetic.boxes, view, ray, observer)
+        }
+        TriangleArithmetic::Watertight => by_boxes::<Watertight>(arithmetic.boxes, view, ray, observer),
+        TriangleArithmetic::Double => by_boxes::<EdgeRay>(arithmetic.boxes, view, ray, observer),
+    }
+}
+
+fn by_boxes<T: TriangleTest>(
+    boxes: BoxArithmetic,
+    view: &View<'_>,
+    ray: &Ray,
+    observer: &mut impl Observer,
+) -> Result<Option<Hit>, Malformed> {
+    fn go<T: TriangleTest, R: Rule>(
+        view: &View<'_>,
+        ray: &Ray,
+        observer: &mut impl Observer,
+    ) -> Result<Option<Hit>, Malformed> {
+        trace::<false, T, R>(view, ray, observer)
+    }
+    match boxes {
+        BoxArithmetic::Plain => go::<T, Plain>(view, ray, observer),
+        BoxArithmetic::TwoUlps => go::<T, TwoUlps>(view, ray, observer),
+        BoxArithmetic::Conservative => go::<T, Conservative>(view, ray, observer),
+    }
+}
+
+/// Whether the ray crosses a hit's triangle, as the file has it, between `t_min` and `t_max`, whatever lies before it: tells a hit that is
+/// not the nearest from one on nothing. `instance` is the record of the hit's instance. By our arithmetic.
+pub fn is_real(view: &View<'_>, ray: &Ray, hit: &Hit, instance: Option<&InstanceRecord>) -> bool {
+    let Some(triangle) = view.triangles.get(hit.triangle) else { return false };
+    let (mut origin, mut direction) = (ray.origin.map(f64::from), ray.direction.map(f64::from));
+    if let Some(record) = instance {
+        (origin, direction) = EdgeRay::to_object(record, origin, direction);
+    }
+    let test = <EdgeRay as TriangleTest>::new(origin, direction);
+    let crossing = match test.axis() {
+        0 => test.crossing::<0>(triangle),
+        1 => test.crossing::<1>(triangle),
+        _ => test.crossing::<2>(triangle),
+    };
+    crossing.is_some_and(|c| c.t >= f64::from(ray.t_min) && c.t <= f64::from(ray.t_max))
+}
+
+/// A ray made ready for tests of triangles.
+pub(super) trait TriangleTest: Sized {
+    /// The ray in an instance's own space.
+    fn to_object(instance: &InstanceRecord, origin: [f64; 3], direction: [f64; 3]) -> ([f64; 3], [f64; 3]);
+
+    /// The direction is finite and not zero.
+    fn new(origin: [f64; 3], direction: [f64; 3]) -> Self;
+
+    /// What `crossing` wants as its constant.
+    fn axis(&self) -> usize;
+
+    /// Where the ray's line crosses the triangle, at any distance.
+    fn crossing<const AXIS: usize>(&self, triangle: &TriangleRecord) -> Option<Crossing>;
+}
+
+/// A hit as a test finds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Crossing {
+    pub t: f64,
+    pub u: f64,
+    pub v: f64,
+}
+
+/// The axis of the largest component; among equals the first.
+pub(super) fn dominant(direction: [f64; 3]) -> usize {
+    let [x, y, z] = direction.map(f64::abs);
+    if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
+    }
+}
+
+/// The two axes after this one.
+pub(super) const fn others(axis: usize) -> (usize, usize) {
+    ((axis + 1) % 3, (axis + 2) % 3)
+}
+
+/// A mapped ray as renderers in `f32` have it: matrix, products and sums in single precision.
+fn to_object_single(instance: &InstanceRecord, origin: [f64; 3], direction: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    let m = &instance.world_to_object;
+    let (o, d) = (origin.map(|v| v as f32), direction.map(|v| v as f32));
+    let linear = |v: [f32; 3], r: usize| m[4 * r] * v[0] + m[4 * r + 1] * v[1] + m[4 * r + 2] * v[2];
+    let point = [0, 1, 2].map(|r| f64::from(linear(o, r) + m[4 * r + 3]));
+    (point, [0, 1, 2].map(|r| f64::from(linear(d, r))))
+}
