@@ -1,0 +1,138 @@
+//! Charts that show one quantity against another: a point for each method, a panel for each scene, as SVG.
+//!
+//! `scale` turns values into positions and finds round numbers for the axes, `front` finds what nothing else beats, `labels` keeps names from
+//! covering one another, `draw` draws.
+//!
+//! ```
+//! use bvhc::report::chart::{Axis, Chart, Marker, Panel, Point, Series};
+//!
+//! let cost = Axis::logarithmic("build time, ms").lower_is_better();
+//! let work = Axis::linear("work a ray").lower_is_better();
+//! let points = vec![Point::new(18.0, 47.3).named("draft"), Point::new(70.0, 34.1).named("best")];
+//! let panel = Panel::new("sponza", cost, work).with(Series::new("bvhc", 0, points).connected());
+//! let chart = Chart { panels: vec![panel], columns: 1, ..Chart::default() };
+//! assert!(chart.svg()?.starts_with("<svg"));
+//! # Ok::<(), bvhc::report::chart::ChartError>(())
+//! ```
+
+mod draw;
+mod front;
+mod labels;
+mod scale;
+
+pub use draw::ChartError;
+pub use scale::{Axis, Scale, short};
+
+/// Panels in rows, with one legend.
+#[derive(Clone, Debug, Default)]
+pub struct Chart {
+    /// Above everything; may be empty.
+    pub title: String,
+    /// Below everything, a line each.
+    pub notes: Vec<String>,
+    pub panels: Vec<Panel>,
+    /// Panels in a row, at least 1.
+    pub columns: usize,
+    /// What markers stand for, where they mean something.
+    pub markers: Vec<(Marker, String)>,
+}
+
+/// One scene.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    pub title: String,
+    pub x: Axis,
+    pub y: Axis,
+    pub series: Vec<Series>,
+    /// Join the points that no other point beats in both quantities.
+    pub front: bool,
+}
+
+/// Points of one colour.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// For the legend, in which equal names of several panels stand once.
+    pub name: String,
+    /// Place in the palette, which has [`COLOURS`] and then starts again.
+    pub colour: usize,
+    pub points: Vec<Point>,
+    /// Join the points in the order of their x.
+    pub connected: bool,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    pub x: f64,
+    pub y: f64,
+    pub marker: Marker,
+    /// Beside the marker; may be empty.
+    pub label: String,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Marker {
+    #[default]
+    Disc,
+    Triangle,
+    Square,
+    Cross,
+}
+
+/// Colours told apart by people who see few, and dark enough on white (after Okabe and Ito, "Color Universal Design", 2008).
+const PALETTE: [(u8, u8, u8); 7] =
+    [(0, 114, 178), (213, 94, 0), (0, 138, 100), (170, 68, 140), (120, 120, 120), (178, 130, 0), (60, 150, 200)];
+
+/// How many colours there are.
+pub const COLOURS: usize = PALETTE.len();
+
+impl Panel {
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Panel {
+        Panel { title: title.into(), x, y, series: Vec::new(), front: false }
+    }
+
+    #[must_use]
+    pub fn with(mut self, series: Series) -> Panel {
+        self.series.push(series);
+        self
+    }
+
+    #[must_use]
+    pub fn with_front(self) -> Panel {
+        Panel { front: true, ..self }
+    }
+
+    /// Points that can be drawn: finite, and positive where the axis is logarithmic.
+    fn points(&self) -> impl Iterator<Item = &Point> {
+        self.series.iter().flat_map(|s| &s.points).filter(|p| self.x.scale.takes(p.x) && self.y.scale.takes(p.y))
+    }
+}
+
+impl Series {
+    pub fn new(name: impl Into<String>, colour: usize, points: Vec<Point>) -> Series {
+        Series { name: name.into(), colour, points, connected: false }
+    }
+
+    #[must_use]
+    pub fn connected(self) -> Series {
+        Series { connected: true, ..self }
+    }
+}
+
+impl Point {
+    pub fn new(x: f64, y: f64) -> Point {
+        Point { x, y, marker: Marker::Disc, label: String::new() }
+    }
+
+    #[must_use]
+    pub fn named(self, label: impl Into<String>) -> Point {
+        Point { label: label.into(), ..self }
+    }
+
+    #[must_use]
+    pub fn marked(self, marker: Marker) -> Point {
+        Point { marker, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests;

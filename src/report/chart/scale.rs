@@ -1,0 +1,148 @@
+//! Values as positions along an axis, and the round numbers that stand beside it.
+
+/// How values are spaced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// From zero.
+    Linear,
+    /// Positive values only.
+    Logarithmic,
+    /// Logarithmic, with a place of its own for zero below all others.
+    LogarithmicOrZero,
+}
+
+impl Scale {
+    /// Whether such a value has a position.
+    pub fn takes(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Scale::Linear => true,
+                Scale::Logarithmic => value > 0.0,
+                Scale::LogarithmicOrZero => value >= 0.0,
+            }
+    }
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    pub label: String,
+    pub scale: Scale,
+    /// For the front.
+    pub higher_is_better: bool,
+}
+
+impl Axis {
+    pub fn linear(label: impl Into<String>) -> Axis {
+        Axis { label: label.into(), scale: Scale::Linear, higher_is_better: true }
+    }
+
+    pub fn logarithmic(label: impl Into<String>) -> Axis {
+        Axis { scale: Scale::Logarithmic, ..Axis::linear(label) }
+    }
+
+    pub fn logarithmic_or_zero(label: impl Into<String>) -> Axis {
+        Axis { scale: Scale::LogarithmicOrZero, ..Axis::linear(label) }
+    }
+
+    #[must_use]
+    pub fn lower_is_better(self) -> Axis {
+        Axis { higher_is_better: false, ..self }
+    }
+}
+
+/// An axis fitted to its values.
+#[derive(Clone, Copy, Debug)]
+pub struct Fit {
+    scale: Scale,
+    /// In the value's unit, or its decimal logarithm.
+    low: f64,
+    high: f64,
+    /// Where the axis begins that is not for zero.
+    floor: f64,
+}
+
+/// The share of an axis below all positive values that belongs to zero.
+const ZERO_SHARE: f64 = 0.12;
+
+impl Fit {
+    pub fn new(scale: Scale, values: impl Iterator<Item = f64>) -> Fit {
+        let (mut low, mut high, mut zero) = (f64::INFINITY, f64::NEG_INFINITY, false);
+        for value in values.filter(|v| scale.takes(*v)) {
+            zero |= value == 0.0;
+            if scale == Scale::Linear || value > 0.0 {
+                (low, high) = (low.min(value), high.max(value));
+            }
+        }
+        if low > high {
+            (low, high) = (1.0, 10.0);
+        }
+        let floor = if scale == Scale::LogarithmicOrZero && zero { ZERO_SHARE } else { 0.0 };
+        if scale == Scale::Linear {
+            let (low, high) = (low.min(0.0), high.max(0.0));
+            let span = if high > low { high - low } else { 1.0 };
+            let low = if low < 0.0 { low - 0.06 * span } else { 0.0 };
+            return Fit { scale, low, high: high + 0.08 * span, floor };
+        }
+
+        // At least a factor of three, and some room at both ends.
+        let (low, high) = (low.log10(), high.log10());
+        let spare = (0.24 - 0.5 * (high - low)).max(0.0) + 0.07 * (high - low);
+        Fit { scale, low: low - spare, high: high + spare, floor }
+    }
+
+    /// 0 at the axis's beginning, 1 at its end.
+    pub fn position(&self, value: f64) -> f64 {
+        if self.scale == Scale::Linear {
+            return (value - self.low) / (self.high - self.low);
+        }
+        if value <= 0.0 {
+            return 0.5 * self.floor;
+        }
+        self.floor + (1.0 - self.floor) * (value.log10() - self.low) / (self.high - self.low)
+    }
+
+    /// Values to mark, ascending: 1, 2 or 5 times a power of ten, about six of them.
+    pub fn ticks(&self) -> Vec<f64> {
+        let mut ticks = Vec::new();
+        if self.scale == Scale::Linear {
+            let rough = (self.high - self.low) / 6.0;
+            let power = 10f64.powf(rough.log10().floor());
+            let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough);
+            let step = step.unwrap_or(10.0 * power);
+            let (first, last) = ((self.low / step).ceil() as i64, (self.high / step).floor() as i64);
+            return (first..=last).map(|i| i as f64 * step).collect();
+        }
+        if self.floor > 0.0 {
+            ticks.push(0.0);
+        }
+        let decades = self.high - self.low;
+        let steps: &[f64] = if decades < 2.3 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let stride = (decades / 7.0).ceil().max(1.0) as i32;
+        let (first, last) = (self.low.floor() as i32, self.high.ceil() as i32);
+        for exponent in (first..=last).filter(|e| e.rem_euclid(stride) == 0) {
+            let values = steps.iter().map(|m| m * 10f64.powi(exponent));
+            ticks.extend(values.filter(|v| (self.low..=self.high).contains(&v.log10())));
+        }
+        ticks
+    }
+}
+
+/// `0.2`, `50`, `20k`, `1M`, `1e-6`.
+pub fn short(value: f64) -> String {
+    let magnitude = value.abs();
+    let digits = |v: f64| {
+        let text = format!("{v:.3}");
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    };
+    if magnitude == 0.0 {
+        "0".into()
+    } else if !(1e-3..1e9).contains(&magnitude) {
+        format!("{value:.0e}")
+    } else if magnitude >= 1e6 {
+        format!("{}M", digits(value / 1e6))
+    } else if magnitude >= 1e4 {
+        format!("{}k", digits(value / 1e3))
+    } else {
+        digits(value)
+    }
+}
