@@ -4,6 +4,7 @@
 //! another. The oracle of [`trace::brute`](crate::trace::brute) judges a sample of the answers, devices are compared with each other on all
 //! of them, and every difference goes to the oracle.
 
+pub mod accuracy;
 mod cpu;
 mod device;
 #[cfg(feature = "opencl")]
