@@ -5,9 +5,9 @@ use super::exit::Exit;
 use super::failure::Failure;
 use super::figures;
 use super::names;
-use crate::build::{self, BuildError, BuildOptions};
-use crate::cache::{Cache, CacheError, ErrorKind, Head, OpenOptions, Validation};
-use crate::scene::{self, Scene, SceneError};
+use crate::build::{self, BuildError, BuildOptions, Levels, Named};
+use crate::cache::{Cache, CacheError, ErrorKind, Head, Meta, OpenOptions, Validation};
+use crate::scene::{self, Degenerate, ReadOptions, Scene, SceneError};
 use std::path::{Path, PathBuf};
 
 /// Open a file for walking its trees: the bytes are those that were written.
@@ -63,6 +63,17 @@ pub fn failure(error: &CacheError) -> Failure {
         CacheError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => failure.help(MAKE_ONE),
         _ => failure,
     }
+}
+
+/// The options in META that decide which triangles a file holds; defaults where it does not say.
+pub fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
+    let value =
+        |name: &str| meta.and_then(|m| m.options.iter().find(|(n, _)| n == name)).map(|(_, value)| value.as_str());
+    let degenerate = value("degenerate").and_then(|v| Degenerate::parse(v).ok()).unwrap_or_default();
+    let scene = value("scene").and_then(|v| v.parse().ok());
+    let levels = value("levels").and_then(|v| Levels::parse(v).ok()).unwrap_or(Levels::Auto);
+    let read = ReadOptions { degenerate, scene, ..ReadOptions::default() };
+    (read, BuildOptions { levels, ..BuildOptions::default() })
 }
 
 /// For a file that is no cache, or not there.

@@ -56,11 +56,13 @@ impl Exit {
     pub fn meaning(self) -> &'static str {
         match self {
             Exit::Success => "done, valid, or already up to date",
-            Exit::Negative => "negative verdict: a cache file is invalid, or --dry-run --exit-code found work to do",
+            Exit::Negative => {
+                "negative verdict: a cache file is invalid, verify found a wrong hit, or --dry-run --exit-code found work to do"
+            }
             Exit::Usage => "the command line is wrong",
             Exit::Io => "a file could not be read or written",
             Exit::Model => "a model is malformed or refused by policy",
-            Exit::Unsupported => "a format version or feature that this version does not support",
+            Exit::Unsupported => "a format version or feature that this version does not support, or no usable device",
             Exit::Limit => "a limit was exceeded, such as --max-memory",
             Exit::Internal => "a bug in bvhc: please report",
             Exit::Mixed => "some inputs succeeded and some failed (all failed alike: that code)",
@@ -74,6 +76,19 @@ impl Exit {
         let mut results = results.into_iter();
         let first = results.next().unwrap_or(Exit::Success);
         results.fold(first, |all, one| if all == one { all } else { Exit::Mixed })
+    }
+}
+
+impl Exit {
+    /// As [`Exit::combine`] for verdicts: a negative one about one of several files is a negative end, not a mixed one, as long as
+    /// every file was judged.
+    pub fn combine_verdicts(results: &[Exit]) -> Exit {
+        let judged = results.iter().all(|e| matches!(e, Exit::Success | Exit::Negative));
+        if judged && results.contains(&Exit::Negative) {
+            Exit::Negative
+        } else {
+            Exit::combine(results.iter().copied())
+        }
     }
 }
 

@@ -64,6 +64,25 @@ pub fn parse_size(text: &str) -> Result<u64, String> {
     number.checked_mul(1 << shift).ok_or_else(|| format!("`{text}` is more than this machine can address"))
 }
 
+/// The reading of `1000000`, `1M`, `10k`, `2.5M`: decimal multiples, as things are counted.
+pub fn parse_count(text: &str) -> Result<u64, String> {
+    let bad = || format!("`{text}` is not a count; write a whole number or a number with k, M or G, such as 10k or 1M");
+    let text = text.trim();
+    let (number, zeros) = match text.char_indices().next_back().ok_or_else(bad)? {
+        (i, 'k' | 'K') => (&text[..i], 3),
+        (i, 'm' | 'M') => (&text[..i], 6),
+        (i, 'g' | 'G') => (&text[..i], 9),
+        _ => (text, 0),
+    };
+    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
+    let digits = |s: &str| s.bytes().all(|b| b.is_ascii_digit());
+    if whole.is_empty() || !digits(whole) || !digits(fraction) || fraction.len() > zeros {
+        return Err(bad());
+    }
+    let padding = "0".repeat(zeros - fraction.len());
+    format!("{whole}{fraction}{padding}").parse().map_err(|_| bad())
+}
+
 /// A number of threads; starting more than any machine has would only exhaust the system.
 pub fn parse_jobs(text: &str) -> Result<usize, String> {
     const MOST: usize = 1024;
@@ -89,6 +108,17 @@ mod tests {
         assert_eq!(bytes(3_300_000), "3.3 MB");
         assert_eq!(bytes(999_700), "1.0 MB");
         assert_eq!(bytes(421_000_000), "421 MB");
+    }
+
+    #[test]
+    fn counts_are_read_as_people_write_them() {
+        assert_eq!(parse_count("0"), Ok(0));
+        assert_eq!(parse_count("10k"), Ok(10_000));
+        assert_eq!(parse_count("1M"), Ok(1_000_000));
+        assert_eq!(parse_count("2.5M"), Ok(2_500_000));
+        for bad in ["", "M", "-1", "1.5", "1.2345k", "1e6", "99999999999G"] {
+            assert!(parse_count(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

@@ -86,6 +86,7 @@ fn dispatch(command: &Command, context: &Context) -> Result<Exit, Failure> {
         Command::Info(args) => commands::info::run(args, context),
         Command::Stats(args) => commands::stats::run(args, context),
         Command::Check(args) => commands::check::run(args, context),
+        Command::Verify(args) => commands::verify::run(args, context),
         Command::Convert(args) => commands::convert::run(args, context),
         Command::Explain(args) => commands::explain::run(args, context),
         Command::Completions(args) => commands::completions::run(args, context),

@@ -1,18 +1,43 @@
 //! Verification: does traversing a file give the right hits on the device that will do it?
 //!
 //! A [`Device`] traces rays through a [`View`](crate::cache::View) and answers in 32-byte records; the CPU is one, every OpenCL device
-//! another. The oracle of [`trace::brute`](crate::trace::brute) judges a sample of the answers, devices are compared with each other on all
+//! another. The oracle of [`trace::brute`](crate::trace::brute) judges a sample of the answers, devices are compared with the CPU on all
 //! of them, and every difference goes to the oracle.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `plan`, `subject`, `stored` | what is traced, through what, and what the file itself says that it holds |
+//! | `run`, `outcome` | the pipeline, and what it came to |
+//! | `blame` | the record that makes a ray go wrong |
+//! | `replay`, `ray_text` | one ray again, with a log; a ray as text |
+//! | `record`, `device`, `cpu`, `opencl` | what devices read, write and are |
+//! | `accuracy` | what other arithmetics would have got wrong |
 
 pub mod accuracy;
+mod blame;
 mod cpu;
 mod device;
 #[cfg(feature = "opencl")]
 pub mod opencl;
+mod outcome;
+mod plan;
+mod ray_text;
 mod record;
+mod replay;
+mod run;
+mod sets;
 mod stored;
+mod subject;
 
+pub use blame::Blame;
 pub use cpu::Cpu;
 pub use device::{Device, DeviceError, Query};
+pub use outcome::{Class, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Outcome};
+pub use plan::{Asked, Batch, Plan, Reference};
+pub use ray_text::{read_ray, write_ray};
 pub use record::{HitRecord, NO_HIT, NO_INSTANCE, RayRecord};
+pub use replay::{Replay, Step, replay};
+pub use run::{VerifyError, run};
+pub use sets::{SETS, set_name, set_named};
 pub use stored::{NotAScene, scene_of_file};
+pub use subject::Subject;

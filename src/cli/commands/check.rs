@@ -1,8 +1,8 @@
 //! `bvhc check`: the verdict on a file, with every finding.
 
-use crate::build::{self, BuildOptions, Executor, Levels, Named};
+use crate::build::{self, BuildOptions, Executor};
 use crate::cache::check::{Finding, Level, Limits, Report, Source, check_bytes};
-use crate::cache::{FileBytes, Head, Meta, rules};
+use crate::cache::{FileBytes, Head, rules};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -10,7 +10,7 @@ use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::terminal::Paint;
-use crate::scene::{self, Degenerate, ReadOptions};
+use crate::scene::{self, ReadOptions};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -98,17 +98,11 @@ pub fn run(args: &CheckArgs, context: &Context) -> Result<Exit, Failure> {
             }
         }
     }
-    let exit = combine(&exits);
+    let exit = Exit::combine_verdicts(&exits);
     if context.terminal.json {
         context.terminal.document(&Document { schema: "bvhc.check.v1", exit_code: exit.code(), files: &verdicts })?;
     }
     Ok(exit)
-}
-
-/// A negative verdict about one of several files is a negative verdict, not a mixed end: every file was judged.
-fn combine(exits: &[Exit]) -> Exit {
-    let judged = exits.iter().all(|e| matches!(e, Exit::Success | Exit::Negative));
-    if judged && exits.contains(&Exit::Negative) { Exit::Negative } else { Exit::combine(exits.iter().copied()) }
 }
 
 fn level(args: &CheckArgs) -> Result<Level, Failure> {
@@ -132,7 +126,7 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
 
     // Read the model as the file says that it was read, and lay it out as it was built.
     let meta = Head::read(path, &caches::options(context)).ok().and_then(|head| head.meta);
-    let (read, build) = recorded(meta.as_ref());
+    let (read, build) = caches::recorded(meta.as_ref());
     let read = ReadOptions { allow_outside: args.allow_outside, max_memory: context.global.max_memory, ..read };
     let scene = scene::read(model, &read).map_err(|e| caches::scene_failure(&e))?;
     // Laying out makes no duplicates.
@@ -142,17 +136,6 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
     let laid = build::lay_out(scene, &build, &exec).map_err(|e| caches::build_failure(&e))?;
     let source = Source { meshes: &laid.meshes, instances: laid.instances.as_deref(), inputs: &inputs };
     Ok(check_bytes(bytes.as_slice(), level, Some(&source), &limits))
-}
-
-/// The options in META that decide which triangles a file holds; defaults where it does not say.
-fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
-    let value =
-        |name: &str| meta.and_then(|m| m.options.iter().find(|(n, _)| n == name)).map(|(_, value)| value.as_str());
-    let degenerate = value("degenerate").and_then(|v| Degenerate::parse(v).ok()).unwrap_or_default();
-    let scene = value("scene").and_then(|v| v.parse().ok());
-    let levels = value("levels").and_then(|v| Levels::parse(v).ok()).unwrap_or(Levels::Auto);
-    let read = ReadOptions { degenerate, scene, ..ReadOptions::default() };
-    (read, BuildOptions { levels, ..BuildOptions::default() })
 }
 
 fn judge(path: &Path, report: Report, args: &CheckArgs) -> (Verdict, Exit) {

@@ -9,3 +9,4 @@ pub mod info;
 pub mod man;
 pub mod reference;
 pub mod stats;
+pub mod verify;

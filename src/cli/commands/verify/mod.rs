@@ -1,0 +1,163 @@
+//! `bvhc verify`: rays traced through cache files on every asked device, and judged by brute force.
+//!
+//! `devices` chooses and opens the devices, `file` verifies one file, `text`, `document` and `junit` say what came of it, and `ray` traces
+//! a single ray again with a log.
+
+mod devices;
+mod document;
+mod file;
+mod junit;
+mod ray;
+mod text;
+
+use crate::cli::Context;
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::figures;
+use crate::geom::Ray;
+use crate::trace::rays::RaySet;
+use crate::verify::{Asked, Plan, Reference, SETS, read_ray, set_named};
+use clap::{Args, ValueEnum};
+use devices::{Bench, Wanted};
+use document::{Document, FileDocument};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Trace rays through cache files on the CPU and on OpenCL devices, and prove the hits right
+///
+/// Rays look for trouble: aimed at vertices and edges, parallel to axes, started on surfaces. The CPU traces all of them, and each
+/// device must find what the CPU finds; brute force over the triangles judges a sample and every difference. Any hit is asked
+/// too: it must be found exactly where there is a closest hit. Exit code 0: all right; 1: a wrong hit, told with the ray that shows
+/// it and the record that is to blame.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  bvhc verify rock.bvhc --source rock.glb\n  bvhc verify *.bvhc --device all --rays 10M --junit verify.xml\n  bvhc verify rock.bvhc --ray 0.5,0.2,-3,0,0,1\n  bvhc verify --list-devices"
+)]
+pub struct VerifyArgs {
+    /// Cache files
+    #[arg(required_unless_present = "list_devices", value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// The model that the files should hold; without it, their own triangles are taken to be right
+    #[arg(long, value_name = "MODEL")]
+    source: Option<PathBuf>,
+    /// Let the model name buffers outside its own folder
+    #[arg(long, requires = "source")]
+    allow_outside: bool,
+    /// Where to trace: cpu, opencl, opencl:N or all; may be given again. The CPU traces in any case, since its hits are what the
+    /// others are compared with [default: opencl where there is a device, else cpu]
+    #[arg(long = "device", value_name = "DEVICE", value_parser = devices::parse)]
+    devices: Vec<Wanted>,
+    /// Show the OpenCL devices
+    #[arg(long)]
+    list_devices: bool,
+    /// Fail with 5 where there is no usable OpenCL device
+    #[arg(long)]
+    require_device: bool,
+    /// Rays to trace, in equal shares from every set
+    #[arg(long, value_name = "N", default_value = "1M", value_parser = figures::parse_count)]
+    rays: u64,
+    /// Equal seeds give equal rays
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    #[arg(long, value_name = "SETS", value_delimiter = ',', default_value = "all", value_parser = parse_sets, help = sets_help())]
+    rays_from: Vec<Sets>,
+    /// Ask only for any hit, as shadow rays do
+    #[arg(long)]
+    any_hit: bool,
+    /// What judges
+    #[arg(long, value_enum, value_name = "WHAT", default_value = "bvh")]
+    reference: ReferenceName,
+    /// Write a JUnit report for CI: a suite for each file, a case for each device and set of rays
+    #[arg(long, value_name = "FILE", conflicts_with = "ray")]
+    junit: Option<PathBuf>,
+    /// Trace this one ray and show all that traversal does: ox,oy,oz,dx,dy,dz[,tmin,tmax]
+    #[arg(long, value_name = "RAY", allow_hyphen_values = true, value_parser = read_ray)]
+    #[arg(conflicts_with_all = ["rays", "seed", "rays_from", "any_hit", "reference"])]
+    ray: Option<Ray>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ReferenceName {
+    /// The CPU's traversal, and brute force for a sample and for every difference
+    Bvh,
+    /// Brute force for every ray: slow in large scenes
+    Brute,
+}
+
+/// What a name of `--rays-from` stands for.
+#[derive(Clone, Debug, PartialEq)]
+struct Sets(Vec<RaySet>);
+
+fn set_names() -> String {
+    SETS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+}
+
+fn sets_help() -> String {
+    format!("Sets of rays, separated by commas: {} or all", set_names())
+}
+
+fn parse_sets(text: &str) -> Result<Sets, String> {
+    if text == "all" {
+        return Ok(Sets(SETS.iter().map(|(_, set)| *set).collect()));
+    }
+    let unknown = || format!("`{text}` is no set of rays; there are {} and all", set_names());
+    set_named(text).map(|set| Sets(vec![set])).ok_or_else(unknown)
+}
+
+pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
+    if args.list_devices {
+        return devices::list(context);
+    }
+    let bench = Bench::open(&args.devices, args.require_device, context)?;
+    if let Some(ray) = &args.ray {
+        return ray::run(ray, args, &bench, context);
+    }
+    let plan = plan(args);
+    let (mut documents, mut suites, mut exits) = (Vec::new(), Vec::new(), Vec::new());
+    for path in &args.files {
+        let start = Instant::now();
+        let result = file::verify(path, args, &plan, &bench, context);
+        suites.push(junit::suite(path, &result, start.elapsed()));
+        match result {
+            Ok(verified) => {
+                let silent = context.terminal.json || (context.terminal.quiet && verified.outcome.is_right());
+                if !silent {
+                    context.terminal.print(&text::verdict(&verified, &plan, context))?;
+                }
+                exits.push(verified.exit());
+                documents.push(FileDocument::new(&verified));
+            }
+            Err(failure) => {
+                context.terminal.error(&failure);
+                exits.push(failure.exit);
+                if failure.exit == Exit::Interrupted {
+                    break;
+                }
+            }
+        }
+    }
+    if let Some(path) = &args.junit {
+        junit::write(path, &suites)?;
+    }
+    let exit = Exit::combine_verdicts(&exits);
+    if context.terminal.json {
+        context.terminal.document(&Document::new(exit, &plan, &documents))?;
+    }
+    Ok(exit)
+}
+
+fn plan(args: &VerifyArgs) -> Plan {
+    // Each set once, in the order of the registry, however they were asked for.
+    let wanted = |set: &RaySet| args.rays_from.iter().any(|sets| sets.0.contains(set));
+    Plan {
+        rays: args.rays,
+        seed: args.seed,
+        sets: SETS.iter().map(|(_, set)| *set).filter(wanted).collect(),
+        asked: if args.any_hit { Asked::AnyHit } else { Asked::Both },
+        reference: match args.reference {
+            ReferenceName::Bvh => Reference::Bvh,
+            ReferenceName::Brute => Reference::Brute,
+        },
+        ..Plan::default()
+    }
+}

@@ -1,0 +1,152 @@
+//! The verdict on a file for people.
+
+use super::file::Verified;
+use crate::cli::Context;
+use crate::cli::figures;
+use crate::cli::names;
+use crate::cli::table::Table;
+use crate::cli::terminal::Paint;
+use crate::trace::Hit;
+use crate::verify::{Asked, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Plan, set_name, write_ray};
+use std::time::Duration;
+
+pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
+    let (terminal, outcome) = (&context.terminal, &verified.outcome);
+    let word =
+        if outcome.is_right() { terminal.paint(Paint::Green, "right") } else { terminal.paint(Paint::Red, "wrong") };
+    let against = match &verified.source {
+        Some(model) => names::path(model),
+        None => "its own triangles".to_string(),
+    };
+    let sets = match plan.sets[..] {
+        [set] => set_name(set).to_string(),
+        _ => format!("{} sets", plan.sets.len()),
+    };
+    let name = names::path(&verified.path);
+    let mut text = format!("{name}: {word} (against {against}; rays of {sets}, seed {})\n", plan.seed);
+
+    let mut table = Table::default();
+    for device in &outcome.devices {
+        row(&mut table, &device.name, &device.total(), plan);
+        if terminal.verbose > 0 {
+            for (set, counts) in &device.sets {
+                row(&mut table, &format!("  {}", set_name(*set)), counts, plan);
+            }
+        }
+    }
+    text.push_str(&table.render());
+    for device in outcome.devices.iter().skip(1) {
+        text.push_str(&format!("{}: {}\n", device.name, names::escape(&device.description)));
+        text.push_str(&deviation(device));
+    }
+    text.push_str(&oracle(&outcome.oracle, plan));
+    for device in &outcome.devices {
+        if let Some(mismatch) = &device.first_mismatch {
+            text.push_str(&told(mismatch, verified, device.total().mismatches()));
+        }
+    }
+    text
+}
+
+fn row(table: &mut Table, name: &str, counts: &Counts, plan: &Plan) {
+    let seconds = if plan.asked == Asked::AnyHit { counts.any_seconds } else { counts.seconds };
+    let rate = match seconds > 0.0 {
+        true => format!("{:.2} M rays/s", counts.rays as f64 / seconds / 1e6),
+        false => String::new(),
+    };
+    let cells = [
+        counted(counts.rays, "ray", "rays"),
+        counted(counts.hits, "hit", "hits"),
+        counted(counts.mismatches(), "mismatch", "mismatches"),
+        counted(counts.ties, "tie", "ties"),
+        figures::seconds(Duration::from_secs_f64(seconds)),
+        rate,
+    ];
+    table.row(name, cells);
+}
+
+fn counted(n: u64, one: &str, many: &str) -> String {
+    format!("{} {}", figures::count(n), if n == 1 { one } else { many })
+}
+
+/// What a device whose arithmetic differs made of it.
+fn deviation(device: &DeviceOutcome) -> String {
+    let Some(deviation) = &device.deviation else { return String::new() };
+    let total = device.total();
+    let differ = [
+        (total.ties, "ties"),
+        (total.grazing, "at edges passed within rounding"),
+        (total.rounding, "in the last bits alone"),
+        (total.unjudged, "not judged"),
+    ];
+    let differ: Vec<String> =
+        differ.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{} {what}", figures::count(n))).collect();
+    let differ = if differ.is_empty() { "none did".to_string() } else { differ.join(", ") };
+    format!("{}: answers may differ from the CPU's, since {}: {differ}\n", device.name, names::escape(deviation))
+}
+
+fn oracle(oracle: &OracleOutcome, plan: &Plan) -> String {
+    let all = if oracle.rays == plan.rays { "all" } else { "a sample of" };
+    format!(
+        "brute force over {} triangles judges {all} {}: {} missed, {} farther, {} false; {}, {} grazing\n",
+        figures::count(oracle.triangles),
+        counted(oracle.rays, "ray", "rays"),
+        figures::count(oracle.missed),
+        figures::count(oracle.farther),
+        figures::count(oracle.false_hits),
+        counted(oracle.ties, "tie", "ties"),
+        figures::count(oracle.grazing),
+    )
+}
+
+/// A device's first mismatch, and how to see it again.
+fn told(m: &Mismatch, verified: &Verified, mismatches: u64) -> String {
+    let others = match mismatches - 1 {
+        0 => String::new(),
+        n => format!("; {} after it", counted(n, "mismatch", "mismatches")),
+    };
+    let mut text = format!("{} {}{others}\n", m.device, m.class.words());
+    text.push_str(&format!("  ray       {}  (number {} of {})\n", write_ray(&m.ray), m.index, set_name(m.set)));
+    text.push_str(&format!("  expected  {}\n", expected(&m.expected)));
+    text.push_str(&format!("  got       {}\n", got(&m.got)));
+    if let Some(blame) = &m.blame {
+        text.push_str(&format!("  to blame  {}\n", names::escape(&blame.to_string())));
+    }
+    let source = verified.source.as_ref().map_or_else(String::new, |s| format!(" --source {}", names::path(s)));
+    let device = if m.device == "cpu" { String::new() } else { format!(" --device {}", m.device) };
+    let name = names::path(&verified.path);
+    text.push_str(&format!("help: bvhc verify {name}{source}{device} --ray {}\n", write_ray(&m.ray)));
+    text
+}
+
+pub fn expected(expected: &Expected) -> String {
+    match expected {
+        Expected::Hit { source, prim, nearest, farthest } => {
+            format!("triangle {prim} of instance {} at t = {}", source.instance, interval(*nearest, *farthest))
+        }
+        Expected::Nothing => "nothing".to_string(),
+        Expected::Reference(found) => hit(found.as_ref()),
+    }
+}
+
+pub fn got(got: &Got) -> String {
+    match got {
+        Got::Hit(found) => hit(Some(found)),
+        Got::Nothing => "nothing".to_string(),
+        Got::Any(true) => "some hit".to_string(),
+        Got::Any(false) => "no hit at all".to_string(),
+        Got::Malformed(reason) => reason.to_string().lines().next().unwrap_or_default().to_string(),
+    }
+}
+
+pub fn hit(found: Option<&Hit>) -> String {
+    let Some(h) = found else { return "nothing".to_string() };
+    let instance = h.instance.map_or_else(String::new, |i| format!(" of instance {i}"));
+    format!("triangle {}{instance} at t = {:?}, TRIS[{}], u = {:?}, v = {:?}", h.prim, h.t, h.triangle, h.u, h.v)
+}
+
+/// Both ends, unless they are one number in `f32`.
+pub fn interval(nearest: f64, farthest: f64) -> String {
+    let (a, b) = (nearest as f32, farthest as f32);
+    if a == b { format!("{a:?}") } else { format!("{nearest:?} … {farthest:?}") }
+}

@@ -1,0 +1,219 @@
+use super::blame::Blame;
+use super::device::Query;
+use crate::geom::Ray;
+use crate::trace::brute::Source;
+use crate::trace::compare::Verdict;
+use crate::trace::rays::RaySet;
+use crate::trace::{Hit, Malformed};
+use serde::Serialize;
+
+/// What verifying a file came to.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The reference first.
+    pub devices: Vec<DeviceOutcome>,
+    pub oracle: OracleOutcome,
+}
+
+impl Outcome {
+    pub fn is_right(&self) -> bool {
+        self.devices.iter().all(|d| d.total().mismatches() == 0)
+    }
+
+    pub fn first_mismatch(&self) -> Option<&Mismatch> {
+        self.devices.iter().find_map(|d| d.first_mismatch.as_ref())
+    }
+}
+
+/// One device's answers.
+#[derive(Clone, Debug)]
+pub struct DeviceOutcome {
+    pub name: String,
+    pub description: String,
+    /// See [`Device::deviation`](super::Device::deviation).
+    pub deviation: Option<String>,
+    /// Parallel to the plan's sets.
+    pub sets: Vec<(RaySet, Counts)>,
+    pub first_mismatch: Option<Mismatch>,
+}
+
+impl DeviceOutcome {
+    pub fn total(&self) -> Counts {
+        self.sets.iter().fold(Counts::default(), |sum, (_, counts)| sum.plus(counts))
+    }
+}
+
+/// How many of a device's answers were what. Every ray that is in none of the classes agrees with the reference bit for bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Counts {
+    pub rays: u64,
+    /// Closest hits; with any-hit alone, rays that hit anything.
+    pub hits: u64,
+
+    /// Another triangle at the same distance, by the oracle's word.
+    pub ties: u64,
+    /// The ray passes an edge within rounding: a hit and a miss are both right.
+    pub grazing: u64,
+    /// The same triangle with other last bits, on a device that says that its arithmetic differs.
+    pub rounding: u64,
+    /// Unlike the reference, and beyond the number of differences that the oracle judges; only on such a device.
+    pub unjudged: u64,
+
+    pub missed: u64,
+    pub farther: u64,
+    pub false_hits: u64,
+    /// Not the reference's bits, on a device whose arithmetic gives them.
+    pub bits: u64,
+    /// The shadow ray says otherwise than the closest hit.
+    pub any_hit: u64,
+    /// The walk gave up on a malformed tree. The device was asked nothing more.
+    pub malformed: u64,
+
+    /// Spent in the device for closest hits, transfers included.
+    pub seconds: f64,
+    /// Spent in the device for any hits.
+    pub any_seconds: f64,
+}
+
+impl Counts {
+    pub fn mismatches(&self) -> u64 {
+        self.missed + self.farther + self.false_hits + self.bits + self.any_hit + self.malformed
+    }
+
+    pub fn add(&mut self, class: Class) {
+        *match class {
+            Class::Tie => &mut self.ties,
+            Class::Grazing => &mut self.grazing,
+            Class::Rounding => &mut self.rounding,
+            Class::Unjudged => &mut self.unjudged,
+            Class::Missed => &mut self.missed,
+            Class::Farther => &mut self.farther,
+            Class::False => &mut self.false_hits,
+            Class::Bits => &mut self.bits,
+            Class::AnyHit => &mut self.any_hit,
+            Class::Malformed => &mut self.malformed,
+        } += 1;
+    }
+
+    fn plus(&self, other: &Counts) -> Counts {
+        Counts {
+            rays: self.rays + other.rays,
+            hits: self.hits + other.hits,
+            ties: self.ties + other.ties,
+            grazing: self.grazing + other.grazing,
+            rounding: self.rounding + other.rounding,
+            unjudged: self.unjudged + other.unjudged,
+            missed: self.missed + other.missed,
+            farther: self.farther + other.farther,
+            false_hits: self.false_hits + other.false_hits,
+            bits: self.bits + other.bits,
+            any_hit: self.any_hit + other.any_hit,
+            malformed: self.malformed + other.malformed,
+            seconds: self.seconds + other.seconds,
+            any_seconds: self.any_seconds + other.any_seconds,
+        }
+    }
+}
+
+/// How an answer differs; see the fields of [`Counts`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Class {
+    Tie,
+    Grazing,
+    Rounding,
+    Unjudged,
+    Missed,
+    Farther,
+    False,
+    Bits,
+    AnyHit,
+    Malformed,
+}
+
+impl Class {
+    pub fn is_mismatch(self) -> bool {
+        !matches!(self, Class::Tie | Class::Grazing | Class::Rounding | Class::Unjudged)
+    }
+
+    /// As a sentence's end: "the device …".
+    pub fn words(self) -> &'static str {
+        match self {
+            Class::Tie => "found another triangle at the same distance",
+            Class::Grazing => "decided otherwise about an edge that the ray passes within rounding",
+            Class::Rounding => "found the same hit with other last bits",
+            Class::Unjudged => "answered otherwise, and was not judged",
+            Class::Missed => "missed a hit",
+            Class::Farther => "returned a hit behind the nearest one",
+            Class::False => "returned a hit that is none",
+            Class::Bits => "answered with other bits, which its arithmetic does not excuse",
+            Class::AnyHit => "answered otherwise for any hit than for the closest hit",
+            Class::Malformed => "could not walk the tree to its end",
+        }
+    }
+}
+
+/// What the oracle said about the reference's answers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct OracleOutcome {
+    /// Triangles after instancing, each of which every ray is judged by.
+    pub triangles: u64,
+    pub rays: u64,
+    pub agree: u64,
+    pub ties: u64,
+    pub grazing: u64,
+    pub missed: u64,
+    pub farther: u64,
+    pub false_hits: u64,
+    pub seconds: f64,
+}
+
+impl OracleOutcome {
+    pub fn add(&mut self, verdict: Verdict) {
+        self.rays += 1;
+        *match verdict {
+            Verdict::Agree => &mut self.agree,
+            Verdict::Tie => &mut self.ties,
+            Verdict::Grazing => &mut self.grazing,
+            Verdict::Missed => &mut self.missed,
+            Verdict::Farther => &mut self.farther,
+            Verdict::False => &mut self.false_hits,
+        } += 1;
+    }
+}
+
+/// A wrong answer, with all that is needed to see it again.
+#[derive(Clone, Debug)]
+pub struct Mismatch {
+    pub device: String,
+    pub set: RaySet,
+    /// Number of the ray in its set.
+    pub index: u64,
+    pub ray: Ray,
+    pub query: Query,
+    pub class: Class,
+    pub expected: Expected,
+    pub got: Got,
+    pub blame: Option<Blame>,
+}
+
+/// What is right.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Expected {
+    /// By the oracle: this triangle of the source, at a distance between these.
+    Hit { source: Source, prim: u32, nearest: f64, farthest: f64 },
+    /// By the oracle.
+    Nothing,
+    /// By the reference.
+    Reference(Option<Hit>),
+}
+
+/// What the device said.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Got {
+    Hit(Hit),
+    Nothing,
+    /// An answer to [`Query::Any`].
+    Any(bool),
+    Malformed(Malformed),
+}

@@ -1,0 +1,176 @@
+use crate::geom::Ray;
+use crate::trace::rays::{Random, RaySet, Sampler};
+use rayon::prelude::*;
+
+/// What to trace, and how much of it the oracle judges. Equal plans trace equal rays on any machine with any number of threads.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// In total; the sets get equal shares.
+    pub rays: u64,
+    pub seed: u64,
+    pub sets: Vec<RaySet>,
+    pub asked: Asked,
+    pub reference: Reference,
+    /// What the oracle may spend on its sample, in rays × triangles.
+    pub oracle_work: u64,
+}
+
+/// Which questions go to the devices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// The closest hit, and whether there is any.
+    Both,
+    /// Only whether there is any. The CPU's closest hits are what the answers are compared with.
+    AnyHit,
+}
+
+/// Who says what is right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reference {
+    /// Brute force for a sample, the CPU's traversal of the file for all other rays.
+    Bvh,
+    /// Brute force for every ray.
+    Brute,
+}
+
+impl Default for Plan {
+    fn default() -> Plan {
+        Plan {
+            rays: 1_000_000,
+            seed: 1,
+            sets: RaySet::ALL.to_vec(),
+            asked: Asked::Both,
+            reference: Reference::Bvh,
+            oracle_work: Plan::ORACLE_WORK,
+        }
+    }
+}
+
+/// Rays that are in memory at once; 64 bytes each, and 32 more a device.
+const BATCH: u64 = 1 << 18;
+
+/// Rays that share a seed, the unit in which threads make them.
+const UNIT: u64 = 1 << 12;
+
+impl Plan {
+    /// A few seconds on one core.
+    pub const ORACLE_WORK: u64 = 2_000_000_000;
+
+    /// Fewest rays that the oracle judges of each set, however large the scene.
+    const LEAST: u64 = 16;
+
+    /// How many of a set's rays go to the oracle in a scene of so many triangles.
+    pub fn sampled(&self, set: usize, triangles: u64) -> u64 {
+        let rays = self.rays_of(set);
+        match self.reference {
+            Reference::Brute => rays,
+            Reference::Bvh => (self.oracle_work / triangles.max(1) / self.sets.len() as u64).max(Self::LEAST).min(rays),
+        }
+    }
+
+    /// The share of `sets[set]`.
+    pub fn rays_of(&self, set: usize) -> u64 {
+        let sets = self.sets.len() as u64;
+        self.rays / sets + u64::from((set as u64) < self.rays % sets)
+    }
+
+    /// All rays in pieces that fit in memory, set after set.
+    pub fn batches(&self) -> impl Iterator<Item = Batch> {
+        let shares: Vec<u64> = (0..self.sets.len()).map(|set| self.rays_of(set)).collect();
+        shares.into_iter().enumerate().flat_map(|(set, share)| {
+            let starts = (0..share).step_by(BATCH as usize);
+            starts.map(move |first| Batch { set, first, count: BATCH.min(share - first) })
+        })
+    }
+
+    /// The rays of a batch, on all threads.
+    pub fn rays_in(&self, batch: &Batch, sampler: &Sampler<'_>) -> Vec<Ray> {
+        let set = self.sets[batch.set];
+        let units: Vec<u64> = (batch.first / UNIT..(batch.first + batch.count).div_ceil(UNIT)).collect();
+        let rays = units.into_par_iter().flat_map_iter(|unit| {
+            let count = UNIT.min(batch.first + batch.count - unit * UNIT);
+            sampler.rays(set, count as usize, seed_of(self.seed, unit))
+        });
+        rays.collect()
+    }
+}
+
+/// Some of a set's rays: those from number `first` on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Batch {
+    pub set: usize,
+    pub first: u64,
+    pub count: u64,
+}
+
+impl Batch {
+    /// Which of the batch's rays are among `sampled` rays spread evenly over a set of `rays`.
+    pub fn sample(&self, sampled: u64, rays: u64) -> Vec<usize> {
+        let (sampled, rays) = (u128::from(sampled), u128::from(rays.max(1)));
+        let at = |k: u128| (k * rays / sampled) as u64;
+        let (mut low, mut high) = (0u128, sampled);
+        while low < high {
+            let middle = (low + high) / 2;
+            if at(middle) < self.first { low = middle + 1 } else { high = middle }
+        }
+        (low..sampled).map(at).take_while(|i| *i < self.first + self.count).map(|i| (i - self.first) as usize).collect()
+    }
+}
+
+/// Seeds that differ in any bit give streams that have nothing in common.
+fn seed_of(seed: u64, unit: u64) -> u64 {
+    let stream = Random::new(seed).bits();
+    Random::new(stream ^ unit).bits()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    fn plan(rays: u64, sets: usize) -> Plan {
+        Plan { rays, sets: RaySet::ALL[..sets].to_vec(), ..Plan::default() }
+    }
+
+    #[test]
+    fn batches_cover_every_ray_of_every_set_once() {
+        for (rays, sets) in [(0, 1), (1, 3), (7, 3), (1_000_000, 2), (3 * BATCH, 1)] {
+            let plan = plan(rays, sets);
+            let mut next = vec![0; sets];
+            for batch in plan.batches() {
+                assert_eq!(batch.first, next[batch.set]);
+                assert!(batch.count > 0 && batch.count <= BATCH);
+                next[batch.set] += batch.count;
+            }
+            assert_eq!(next.iter().sum::<u64>(), rays);
+            assert!(next.iter().max().unwrap() - next.iter().min().unwrap() <= 1);
+        }
+    }
+
+    #[test]
+    fn rays_depend_on_the_seed_and_on_their_number_alone() {
+        let scene = Scene::default();
+        let sampler = Sampler::new(&scene);
+        let plan = plan(3 * UNIT, 1);
+        let all = plan.rays_in(&Batch { set: 0, first: 0, count: 3 * UNIT }, &sampler);
+        let tail = plan.rays_in(&Batch { set: 0, first: UNIT, count: UNIT + 5 }, &sampler);
+        assert_eq!(all[UNIT as usize..][..UNIT as usize + 5], tail);
+        assert!(all.windows(2).all(|w| w[0] != w[1]));
+        let other = Plan { seed: 2, ..plan }.rays_in(&Batch { set: 0, first: 0, count: 8 }, &sampler);
+        assert_ne!(all[..8], other[..]);
+    }
+
+    #[test]
+    fn the_sample_is_spread_over_all_batches_and_keeps_to_the_work_allowed() {
+        let plan = Plan { oracle_work: 1_000_000, ..plan(1_000_000, 2) };
+        assert_eq!(plan.sampled(0, 10), 50_000);
+        assert_eq!(plan.sampled(0, 1_000_000_000), Plan::LEAST);
+        assert_eq!(plan.sampled(0, 0), 500_000);
+        assert_eq!(Plan { reference: Reference::Brute, ..plan.clone() }.sampled(1, 1_000_000_000), 500_000);
+        let picked: usize = plan.batches().filter(|b| b.set == 0).map(|b| b.sample(1000, plan.rays_of(0)).len()).sum();
+        assert_eq!(picked, 1000);
+        let batch = Batch { set: 0, first: 10, count: 5 };
+        assert_eq!(batch.sample(20, 20), [0, 1, 2, 3, 4]);
+        assert_eq!(batch.sample(0, 20), [0; 0]);
+    }
+}

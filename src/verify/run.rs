@@ -1,0 +1,347 @@
+//! The pipeline: rays in batches, the reference's answers, every device's answers, the oracle's word on a sample and on every difference.
+
+use super::blame::blame;
+use super::device::{Device, DeviceError, Query};
+use super::outcome::{Class, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Outcome};
+use super::plan::{Asked, Batch, Plan};
+use super::record::HitRecord;
+use super::subject::Subject;
+use crate::build::Progress;
+use crate::geom::Ray;
+use crate::trace::brute::Answer;
+use crate::trace::compare::{Verdict, judge};
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Why verification came to no verdict.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum VerifyError {
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    #[error("Interrupted.")]
+    Cancelled,
+}
+
+/// Trace the plan's rays on `reference`, whose answers are the CPU's, and on `others`, and judge what they say.
+///
+/// `progress` advances by the plan's rays. A tree that traversal gives up on is a mismatch, not an error.
+pub fn run(
+    subject: &Subject<'_>,
+    reference: &mut dyn Device,
+    others: &mut [Box<dyn Device + '_>],
+    plan: &Plan,
+    progress: &dyn Progress,
+) -> Result<Outcome, VerifyError> {
+    let of = |device: &dyn Device| DeviceOutcome {
+        name: device.name().to_string(),
+        description: device.description(),
+        deviation: device.deviation(),
+        sets: plan.sets.iter().map(|set| (*set, Counts::default())).collect(),
+        first_mismatch: None,
+    };
+    let devices = std::iter::once(of(reference)).chain(others.iter().map(|d| of(d.as_ref()))).collect();
+    let oracle = OracleOutcome { triangles: subject.scene().instanced_triangles(), ..OracleOutcome::default() };
+    let mut run = Run { subject, plan, outcome: Outcome { devices, oracle }, judged: vec![0; others.len()] };
+    for batch in plan.batches() {
+        if progress.is_cancelled() {
+            return Err(VerifyError::Cancelled);
+        }
+        if !run.batch(&batch, reference, others)? {
+            break;
+        }
+        progress.advance(batch.count);
+    }
+    Ok(run.outcome)
+}
+
+struct Run<'a> {
+    subject: &'a Subject<'a>,
+    plan: &'a Plan,
+    outcome: Outcome,
+    /// Differences of each other device that the oracle has judged.
+    judged: Vec<u64>,
+}
+
+/// The answers of one device to a batch.
+#[derive(Default)]
+struct Answers {
+    closest: Option<Vec<HitRecord>>,
+    any: Option<Vec<HitRecord>>,
+}
+
+impl Run<'_> {
+    /// False where the reference cannot go on.
+    fn batch(
+        &mut self,
+        batch: &Batch,
+        reference: &mut dyn Device,
+        others: &mut [Box<dyn Device + '_>],
+    ) -> Result<bool, VerifyError> {
+        let rays = self.plan.rays_in(batch, &self.subject.sampler);
+        let own = self.ask(0, batch, reference, &rays, true)?;
+        let Some(truth) = own.closest.as_ref() else { return Ok(false) };
+        let closest = self.plan.asked == Asked::Both;
+        let mut answers = Vec::new();
+        for (i, device) in others.iter_mut().enumerate() {
+            answers.push(self.ask(i + 1, batch, device.as_mut(), &rays, closest)?);
+        }
+
+        // Choose what the oracle judges: its sample, and where a device differs, as far as it has time.
+        let rays_of_set = self.plan.rays_of(batch.set);
+        let sampled = self.plan.sampled(batch.set, self.outcome.oracle.triangles);
+        let sample = batch.sample(sampled, rays_of_set);
+        let most = (sampled * self.plan.sets.len() as u64).max(LEAST_DIFFERENCES);
+        let mut asked = sample.clone();
+        for (i, answer) in answers.iter().enumerate() {
+            let closest = answer.closest.iter().flat_map(|c| (0..c.len()).filter(|&k| c[k] != truth[k]));
+            let any = answer.any.iter().flat_map(|a| (0..a.len()).filter(|&k| a[k].is_hit() != truth[k].is_hit()));
+            let room = most.saturating_sub(self.judged[i]) as usize;
+            let before = asked.len();
+            asked.extend(closest.take(room));
+            asked.extend(any.take(room));
+            self.judged[i] += (asked.len() - before) as u64;
+        }
+        asked.sort_unstable();
+        asked.dedup();
+        let start = Instant::now();
+        let words: Vec<Answer> = asked.par_iter().map(|&k| self.subject.oracle.trace(&rays[k])).collect();
+        self.outcome.oracle.seconds += start.elapsed().as_secs_f64();
+        let words = Words { asked: &asked, words: &words };
+
+        // Judge the reference by the oracle, then every other device by both.
+        for &k in &asked {
+            let Some(answer) = words.of(k) else { continue };
+            let (verdict, sampled) = (self.judge(answer, &truth[k]), sample.binary_search(&k).is_ok());
+            if sampled {
+                self.outcome.oracle.add(verdict);
+            }
+            if let Some(class) = class_of(verdict).filter(|c| sampled || c.is_mismatch()) {
+                self.note(0, batch, k, &rays[k], Query::Closest, class, Some(answer), &truth[k], &truth[k]);
+            }
+        }
+        self.judge_any(0, batch, &rays, truth, &own, &words);
+        for (i, answer) in answers.iter().enumerate() {
+            self.judge_closest(i + 1, batch, &rays, truth, answer, &sample, &words);
+            self.judge_any(i + 1, batch, &rays, truth, answer, &words);
+        }
+        Ok(true)
+    }
+
+    /// Trace a batch on a device and note how long it took; nothing more is asked of a device that could not walk the tree.
+    fn ask(
+        &mut self,
+        number: usize,
+        batch: &Batch,
+        device: &mut dyn Device,
+        rays: &[Ray],
+        closest: bool,
+    ) -> Result<Answers, VerifyError> {
+        let mut answers = Answers::default();
+        if self.outcome.devices[number].total().malformed > 0 {
+            return Ok(answers);
+        }
+        for query in [Query::Closest, Query::Any] {
+            if query == Query::Closest && !closest {
+                continue;
+            }
+            let start = Instant::now();
+            let records = match device.trace(rays, query) {
+                Ok(records) => records,
+                Err(DeviceError::Malformed { .. }) => {
+                    self.note_malformed(number, batch, device, rays, query)?;
+                    return Ok(Answers::default());
+                }
+                Err(other) => return Err(other.into()),
+            };
+            let spent = start.elapsed().as_secs_f64();
+            let counts = &mut self.outcome.devices[number].sets[batch.set].1;
+            let hits = records.iter().filter(|r| r.is_hit()).count() as u64;
+            if query == Query::Closest || !closest {
+                counts.rays += batch.count;
+                counts.hits += hits;
+            }
+            match query {
+                Query::Closest => (counts.seconds, answers.closest) = (counts.seconds + spent, Some(records)),
+                Query::Any => (counts.any_seconds, answers.any) = (counts.any_seconds + spent, Some(records)),
+            }
+        }
+        Ok(answers)
+    }
+
+    fn judge_closest(
+        &mut self,
+        number: usize,
+        batch: &Batch,
+        rays: &[Ray],
+        truth: &[HitRecord],
+        answers: &Answers,
+        sample: &[usize],
+        words: &Words<'_>,
+    ) {
+        let Some(records) = &answers.closest else { return };
+        let exact = self.outcome.devices[number].deviation.is_none();
+        let mut sample = sample.iter().copied().peekable();
+        for k in 0..records.len() {
+            let sampled = sample.next_if_eq(&k).is_some();
+            let differs = records[k] != truth[k];
+            if !sampled && !differs {
+                continue;
+            }
+            let word = words.of(k);
+            let verdict = word.map(|answer| self.judge(answer, &records[k]));
+            let class = match verdict.and_then(class_of) {
+                Some(wrong) if wrong.is_mismatch() => wrong,
+                _ if differs && exact => Class::Bits,
+                Some(right) => right,
+                None if !differs => continue,
+                None if verdict.is_some() => Class::Rounding,
+                None => Class::Unjudged,
+            };
+            self.note(number, batch, k, &rays[k], Query::Closest, class, word, &truth[k], &records[k]);
+        }
+    }
+
+    /// A shadow ray ends somewhere exactly if there is a closest hit.
+    fn judge_any(
+        &mut self,
+        number: usize,
+        batch: &Batch,
+        rays: &[Ray],
+        truth: &[HitRecord],
+        answers: &Answers,
+        words: &Words<'_>,
+    ) {
+        let Some(any) = &answers.any else { return };
+        let closest = answers.closest.as_deref().unwrap_or(truth);
+        let exact = self.outcome.devices[number].deviation.is_none();
+        for k in (0..any.len()).filter(|&k| any[k].is_hit() != closest[k].is_hit()) {
+            let word = words.of(k);
+            let either = word.is_some_and(|w| w.certain().is_none() && !w.candidates.is_empty());
+            let class = match word {
+                _ if exact => Class::AnyHit,
+                Some(_) if either => Class::Grazing,
+                Some(_) => Class::AnyHit,
+                None => Class::Unjudged,
+            };
+            self.note(number, batch, k, &rays[k], Query::Any, class, word, &closest[k], &any[k]);
+        }
+    }
+
+    fn judge(&self, answer: &Answer, record: &HitRecord) -> Verdict {
+        judge(&self.subject.view, &self.subject.oracle, answer, record.hit().as_ref())
+    }
+
+    /// Count an answer's class; keep the device's first mismatch, and find out what is to blame for it.
+    #[allow(clippy::too_many_arguments)]
+    fn note(
+        &mut self,
+        number: usize,
+        batch: &Batch,
+        k: usize,
+        ray: &Ray,
+        query: Query,
+        class: Class,
+        word: Option<&Answer>,
+        truth: &HitRecord,
+        record: &HitRecord,
+    ) {
+        let device = &mut self.outcome.devices[number];
+        device.sets[batch.set].1.add(class);
+        if !class.is_mismatch() || device.first_mismatch.is_some() {
+            return;
+        }
+        let certain = word.and_then(Answer::certain);
+        let expected = match (word, certain) {
+            (Some(_), Some(c)) => {
+                let scene = self.subject.scene();
+                let mesh = &scene.meshes[scene.instances[c.source.instance as usize].mesh as usize];
+                let prim = mesh.source_prim(c.source.triangle as usize);
+                Expected::Hit { source: c.source, prim, nearest: c.nearest, farthest: c.farthest }
+            }
+            (Some(w), None) if w.candidates.is_empty() => Expected::Nothing,
+            _ => Expected::Reference(truth.hit()),
+        };
+        let got = match (query, record.hit()) {
+            (Query::Any, hit) => Got::Any(hit.is_some()),
+            (Query::Closest, Some(hit)) => Got::Hit(hit),
+            (Query::Closest, None) => Got::Nothing,
+        };
+        device.first_mismatch = Some(Mismatch {
+            device: device.name.clone(),
+            set: self.plan.sets[batch.set],
+            index: batch.first + k as u64,
+            ray: *ray,
+            query,
+            class,
+            expected,
+            got,
+            blame: blame(self.subject, ray, class, word, record.hit().filter(|_| query == Query::Closest).as_ref()),
+        });
+    }
+
+    /// Find the first ray that a device cannot trace, by halving.
+    fn note_malformed(
+        &mut self,
+        number: usize,
+        batch: &Batch,
+        device: &mut dyn Device,
+        rays: &[Ray],
+        query: Query,
+    ) -> Result<(), VerifyError> {
+        let (mut low, mut high) = (0, rays.len());
+        let mut reason = None;
+        while low + 1 < high || reason.is_none() {
+            let middle = if low + 1 < high { (low + high) / 2 } else { high };
+            match device.trace(&rays[low..middle], query) {
+                Err(DeviceError::Malformed { malformed, .. }) => (high, reason) = (middle, Some(malformed)),
+                Ok(_) if middle < high => low = middle,
+                Ok(_) => break,
+                Err(other) => return Err(other.into()),
+            }
+        }
+        let Some(malformed) = reason else { return Ok(()) };
+        let device = &mut self.outcome.devices[number];
+        device.sets[batch.set].1.add(Class::Malformed);
+        device.first_mismatch.get_or_insert_with(|| Mismatch {
+            device: device.name.clone(),
+            set: self.plan.sets[batch.set],
+            index: batch.first + low as u64,
+            ray: rays[low],
+            query,
+            class: Class::Malformed,
+            expected: Expected::Reference(None),
+            got: Got::Malformed(malformed),
+            blame: None,
+        });
+        Ok(())
+    }
+}
+
+/// The oracle's answers to some of a batch's rays.
+struct Words<'a> {
+    /// Ascending.
+    asked: &'a [usize],
+    words: &'a [Answer],
+}
+
+impl<'a> Words<'a> {
+    fn of(&self, ray: usize) -> Option<&'a Answer> {
+        self.asked.binary_search(&ray).ok().map(|i| &self.words[i])
+    }
+}
+
+/// Differences of a device that are judged however large the scene.
+const LEAST_DIFFERENCES: u64 = 256;
+
+/// `None` for the hit that the oracle names itself.
+fn class_of(verdict: Verdict) -> Option<Class> {
+    match verdict {
+        Verdict::Agree => None,
+        Verdict::Tie => Some(Class::Tie),
+        Verdict::Grazing => Some(Class::Grazing),
+        Verdict::Missed => Some(Class::Missed),
+        Verdict::Farther => Some(Class::Farther),
+        Verdict::False => Some(Class::False),
+    }
+}

@@ -1,0 +1,22 @@
+use crate::cache::View;
+use crate::scene::Scene;
+use crate::trace::brute::Oracle;
+use crate::trace::rays::Sampler;
+
+/// A file under verification and the scene that it should hold.
+pub struct Subject<'a> {
+    pub view: View<'a>,
+    pub oracle: Oracle<'a>,
+    pub sampler: Sampler<'a>,
+}
+
+impl<'a> Subject<'a> {
+    /// `scene` has no instance without triangles, as a file has none: instance numbers are those of the file.
+    pub fn new(view: View<'a>, scene: &'a Scene) -> Subject<'a> {
+        Subject { view, oracle: Oracle::new(scene), sampler: Sampler::new(scene) }
+    }
+
+    pub fn scene(&self) -> &'a Scene {
+        self.oracle.scene()
+    }
+}
