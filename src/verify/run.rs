@@ -107,23 +107,24 @@ impl Run<'_> {
         let start = Instant::now();
         let words: Vec<Answer> = asked.par_iter().map(|&k| self.subject.oracle.trace(&rays[k])).collect();
         self.outcome.oracle.seconds += start.elapsed().as_secs_f64();
-        let words = Words { asked: &asked, words: &words };
+        let question = Question { batch, rays: &rays, truth, sample: &sample, asked: &asked, words: &words };
 
         // Judge the reference by the oracle, then every other device by both.
         for &k in &asked {
-            let Some(answer) = words.of(k) else { continue };
+            let Some(answer) = question.word(k) else { continue };
             let (verdict, sampled) = (self.judge(answer, &truth[k]), sample.binary_search(&k).is_ok());
             if sampled {
                 self.outcome.oracle.add(verdict);
             }
             if let Some(class) = class_of(verdict).filter(|c| sampled || c.is_mismatch()) {
-                self.note(0, batch, k, &rays[k], Query::Closest, class, Some(answer), &truth[k], &truth[k]);
+                let told = Told { k, query: Query::Closest, class, right: &truth[k], record: &truth[k] };
+                self.note(0, &question, &told);
             }
         }
-        self.judge_any(0, batch, &rays, truth, &own, &words);
+        self.judge_any(0, &question, &own);
         for (i, answer) in answers.iter().enumerate() {
-            self.judge_closest(i + 1, batch, &rays, truth, answer, &sample, &words);
-            self.judge_any(i + 1, batch, &rays, truth, answer, &words);
+            self.judge_closest(i + 1, &question, answer);
+            self.judge_any(i + 1, &question, answer);
         }
         Ok(true)
     }
@@ -169,27 +170,17 @@ impl Run<'_> {
         Ok(answers)
     }
 
-    fn judge_closest(
-        &mut self,
-        number: usize,
-        batch: &Batch,
-        rays: &[Ray],
-        truth: &[HitRecord],
-        answers: &Answers,
-        sample: &[usize],
-        words: &Words<'_>,
-    ) {
+    fn judge_closest(&mut self, number: usize, question: &Question<'_>, answers: &Answers) {
         let Some(records) = &answers.closest else { return };
         let exact = self.outcome.devices[number].deviation.is_none();
-        let mut sample = sample.iter().copied().peekable();
-        for k in 0..records.len() {
+        let mut sample = question.sample.iter().copied().peekable();
+        for (k, (record, right)) in records.iter().zip(question.truth).enumerate() {
             let sampled = sample.next_if_eq(&k).is_some();
-            let differs = records[k] != truth[k];
+            let differs = record != right;
             if !sampled && !differs {
                 continue;
             }
-            let word = words.of(k);
-            let verdict = word.map(|answer| self.judge(answer, &records[k]));
+            let verdict = question.word(k).map(|answer| self.judge(answer, record));
             let class = match verdict.and_then(class_of) {
                 Some(wrong) if wrong.is_mismatch() => wrong,
                 _ if differs && exact => Class::Bits,
@@ -198,33 +189,23 @@ impl Run<'_> {
                 None if verdict.is_some() => Class::Rounding,
                 None => Class::Unjudged,
             };
-            self.note(number, batch, k, &rays[k], Query::Closest, class, word, &truth[k], &records[k]);
+            self.note(number, question, &Told { k, query: Query::Closest, class, right, record });
         }
     }
 
     /// A shadow ray ends somewhere exactly if there is a closest hit.
-    fn judge_any(
-        &mut self,
-        number: usize,
-        batch: &Batch,
-        rays: &[Ray],
-        truth: &[HitRecord],
-        answers: &Answers,
-        words: &Words<'_>,
-    ) {
+    fn judge_any(&mut self, number: usize, question: &Question<'_>, answers: &Answers) {
         let Some(any) = &answers.any else { return };
-        let closest = answers.closest.as_deref().unwrap_or(truth);
+        let closest = answers.closest.as_deref().unwrap_or(question.truth);
         let exact = self.outcome.devices[number].deviation.is_none();
         for k in (0..any.len()).filter(|&k| any[k].is_hit() != closest[k].is_hit()) {
-            let word = words.of(k);
-            let either = word.is_some_and(|w| w.certain().is_none() && !w.candidates.is_empty());
-            let class = match word {
+            let class = match question.word(k) {
                 _ if exact => Class::AnyHit,
-                Some(_) if either => Class::Grazing,
+                Some(w) if w.certain().is_none() && !w.candidates.is_empty() => Class::Grazing,
                 Some(_) => Class::AnyHit,
                 None => Class::Unjudged,
             };
-            self.note(number, batch, k, &rays[k], Query::Any, class, word, &closest[k], &any[k]);
+            self.note(number, question, &Told { k, query: Query::Any, class, right: &closest[k], record: &any[k] });
         }
     }
 
@@ -233,50 +214,38 @@ impl Run<'_> {
     }
 
     /// Count an answer's class; keep the device's first mismatch, and find out what is to blame for it.
-    #[allow(clippy::too_many_arguments)]
-    fn note(
-        &mut self,
-        number: usize,
-        batch: &Batch,
-        k: usize,
-        ray: &Ray,
-        query: Query,
-        class: Class,
-        word: Option<&Answer>,
-        truth: &HitRecord,
-        record: &HitRecord,
-    ) {
-        let device = &mut self.outcome.devices[number];
+    fn note(&mut self, number: usize, question: &Question<'_>, told: &Told<'_>) {
+        let (device, batch, class) = (&mut self.outcome.devices[number], question.batch, told.class);
         device.sets[batch.set].1.add(class);
         if !class.is_mismatch() || device.first_mismatch.is_some() {
             return;
         }
-        let certain = word.and_then(Answer::certain);
-        let expected = match (word, certain) {
-            (Some(_), Some(c)) => {
+        let (ray, word, hit) = (&question.rays[told.k], question.word(told.k), told.record.hit());
+        let expected = match word.map(|w| (w, w.certain())) {
+            Some((_, Some(c))) => {
                 let scene = self.subject.scene();
                 let mesh = &scene.meshes[scene.instances[c.source.instance as usize].mesh as usize];
                 let prim = mesh.source_prim(c.source.triangle as usize);
                 Expected::Hit { source: c.source, prim, nearest: c.nearest, farthest: c.farthest }
             }
-            (Some(w), None) if w.candidates.is_empty() => Expected::Nothing,
-            _ => Expected::Reference(truth.hit()),
+            Some((w, None)) if w.candidates.is_empty() => Expected::Nothing,
+            _ => Expected::Reference(told.right.hit()),
         };
-        let got = match (query, record.hit()) {
-            (Query::Any, hit) => Got::Any(hit.is_some()),
-            (Query::Closest, Some(hit)) => Got::Hit(hit),
-            (Query::Closest, None) => Got::Nothing,
+        let (got, hit) = match (told.query, hit) {
+            (Query::Any, hit) => (Got::Any(hit.is_some()), None),
+            (Query::Closest, Some(hit)) => (Got::Hit(hit), Some(hit)),
+            (Query::Closest, None) => (Got::Nothing, None),
         };
         device.first_mismatch = Some(Mismatch {
             device: device.name.clone(),
             set: self.plan.sets[batch.set],
-            index: batch.first + k as u64,
+            index: batch.first + told.k as u64,
             ray: *ray,
-            query,
+            query: told.query,
             class,
             expected,
             got,
-            blame: blame(self.subject, ray, class, word, record.hit().filter(|_| query == Query::Closest).as_ref()),
+            blame: blame(self.subject, ray, class, word, hit.as_ref()),
         });
     }
 
@@ -318,17 +287,32 @@ impl Run<'_> {
     }
 }
 
-/// The oracle's answers to some of a batch's rays.
-struct Words<'a> {
-    /// Ascending.
+/// A batch and what is known about it.
+struct Question<'a> {
+    batch: &'a Batch,
+    rays: &'a [Ray],
+    /// The reference's closest hits.
+    truth: &'a [HitRecord],
+    /// The rays that the oracle was asked about, ascending: its sample, and all.
+    sample: &'a [usize],
     asked: &'a [usize],
+    /// Its answers, parallel to `asked`.
     words: &'a [Answer],
 }
 
-impl<'a> Words<'a> {
-    fn of(&self, ray: usize) -> Option<&'a Answer> {
+impl<'a> Question<'a> {
+    fn word(&self, ray: usize) -> Option<&'a Answer> {
         self.asked.binary_search(&ray).ok().map(|i| &self.words[i])
     }
+}
+
+/// An answer to ray `k` that is to be counted.
+struct Told<'a> {
+    k: usize,
+    query: Query,
+    class: Class,
+    right: &'a HitRecord,
+    record: &'a HitRecord,
 }
 
 /// Differences of a device that are judged however large the scene.

@@ -123,7 +123,7 @@ mod tests {
         let nodes = tree();
         assert_eq!(ways_to(&nodes, |leaf| leaf.first >= 2), [vec![0, 3, 4], vec![0, 3, 5]]);
         assert_eq!(leaves_at(&nodes, &[1.0; 3], 0.0), [vec![0, 2], vec![0, 3, 4]]);
-        assert_eq!(ways_to(&[], |_| true), [vec![0; 0]; 0]);
+        assert!(ways_to(&[], |_| true).is_empty());
     }
 
     #[test]
@@ -143,6 +143,6 @@ mod tests {
         nodes[3].first = 0;
         assert_eq!(ways_to(&nodes, |_| true), [vec![0, 2]]);
         nodes[0].first = 5;
-        assert_eq!(ways_to(&nodes, |_| true), [vec![0; 0]; 0]);
+        assert!(ways_to(&nodes, |_| true).is_empty());
     }
 }
