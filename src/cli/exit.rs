@@ -56,7 +56,9 @@ impl Exit {
     pub fn meaning(self) -> &'static str {
         match self {
             Exit::Success => "done, valid, or already up to date",
-            Exit::Negative => "negative verdict: an invalid file, a wrong hit, or work that --dry-run --exit-code found",
+            Exit::Negative => {
+                "negative verdict: an invalid file, a wrong hit, or work that --dry-run --exit-code found"
+            }
             Exit::Usage => "the command line is wrong",
             Exit::Io => "a file could not be read or written",
             Exit::Model => "a model is malformed or refused by policy",
