@@ -23,11 +23,38 @@ fn trace(view: &View<'_>) -> (Result<bool, Malformed>, Counters) {
     let ray = Ray::new([0.01, 0.02, -5.0], [0.001, 0.002, 1.0]);
     let (mut closest, mut any) = (Counters::default(), Counters::default());
     let hit = try_closest_hit(view, &ray, &mut closest);
+    #[cfg(feature = "opencl")]
+    opencl_agrees(view, ray, hit);
     assert_eq!(try_any_hit(view, &ray, &mut any), hit.map(|h| h.is_some()));
     let found = matches!(hit, Ok(Some(_)));
     assert_eq!((closest_hit(view, &ray).is_some(), any_hit(view, &ray)), (found, found));
     assert_eq!(closest, any);
     (hit.map(|h| h.is_some()), closest)
+}
+
+/// The kernels end on the same trees with the same words, where there is a device.
+#[cfg(feature = "opencl")]
+fn opencl_agrees(view: &View<'_>, ray: Ray, hit: Result<Option<bvhc::trace::Hit>, Malformed>) {
+    use bvhc::verify::opencl::{Context, OpenCl, Options, list_devices, preferred};
+    use bvhc::verify::{Device, DeviceError, HitRecord, Query};
+    static CONTEXT: std::sync::OnceLock<Option<Context>> = std::sync::OnceLock::new();
+    let open = || {
+        let devices = list_devices().inspect_err(|error| println!("skipped on OpenCL: {error}")).ok()?;
+        Some(Context::open(preferred(&devices)?.index, Options::default()).expect("it opens"))
+    };
+    let Some(context) = CONTEXT.get_or_init(open) else { return };
+    let mut device = OpenCl::new(context, *view).expect("memory");
+    for query in [Query::Closest, Query::Any] {
+        let answer = |hit: Option<_>| match query {
+            Query::Closest => HitRecord::from(hit),
+            Query::Any => HitRecord::any(hit.is_some()),
+        };
+        match (device.trace(&[ray], query), hit) {
+            (Ok(records), Ok(hit)) => assert_eq!(records, [answer(hit)]),
+            (Err(DeviceError::Malformed { malformed, .. }), Err(want)) => assert_eq!(malformed, want),
+            (got, want) => panic!("{got:?}, not {want:?}"),
+        }
+    }
 }
 
 fn trace_one_level(nodes: &[Node], refs: usize) -> (Result<bool, Malformed>, Counters) {

@@ -1,15 +1,32 @@
 use super::driver::{Context as Handle, DeviceId, Kernel, Program, Queue};
 use super::list::{DeviceInfo, failed, found};
+use super::probe::{Deviation, concerns_f64, probe, sentence};
 use crate::verify::DeviceError;
 use std::ffi::{CStr, CString};
+use std::sync::{Arc, Mutex};
 
 /// How a device is used; the default asks the device itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
+    /// Emulate `f64` in integers although the device has it.
+    pub soft_f64: bool,
     /// Take this for the size that one buffer may have, in bytes, where the device allows more.
     pub max_allocation: Option<u64>,
     /// Copy the file to the device although it could be read in place.
     pub copy: bool,
+    /// Compile the kernels with a mistake in them: for tests that verification finds it.
+    #[doc(hidden)]
+    pub fault: Option<Fault>,
+}
+
+/// A mistake to plant.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// Where the ray meets both children, the far one is forgotten.
+    DroppedChild,
+    /// The planes that a ray enters and leaves a box by are exchanged.
+    WrongOctant,
 }
 
 /// A device made ready: opened, its arithmetic probed, the kernels compiled for it. Any number of files can be traced with one.
@@ -17,8 +34,11 @@ pub struct Context {
     pub(super) info: DeviceInfo,
     pub(super) options: Options,
     pub(super) id: DeviceId,
+    pub(super) soft_f64: bool,
     pub(super) deviation: Option<String>,
-    /// In this order, so that what belongs to the context goes before it.
+    /// What was compiled so far; most files need the same.
+    programs: Mutex<Vec<(Parts, Arc<Program>)>>,
+    /// Last, in this order, so that what belongs to the context goes before it.
     pub(super) queue: Queue,
     pub(super) handle: Handle,
 }
@@ -37,28 +57,60 @@ impl Context {
         if let Some(reason) = &info.unusable {
             return Err(DeviceError::Unusable { device: info.summary(), reason: reason.clone() });
         }
-        if !info.fp64 {
-            let reason = "it has no f64 arithmetic (cl_khr_fp64)".to_string();
-            return Err(DeviceError::Unusable { device: info.summary(), reason });
+        let fails = |status| failed(&info.summary(), status);
+        let handle = Handle::new(id).map_err(fails)?;
+        let queue = handle.queue(id).map_err(fails)?;
+        let soft_f64 = options.soft_f64 || !info.fp64;
+        let mut context =
+            Context { info, options, id, soft_f64, deviation: None, programs: Mutex::default(), queue, handle };
+
+        // Probe the arithmetic. Where only the device's f64 is not what it should be, do without it.
+        let mut deviations = context.probe()?;
+        if !context.soft_f64 && concerns_f64(&deviations) {
+            context.soft_f64 = true;
+            deviations = context.probe()?;
         }
-        let handle = Handle::new(id).map_err(|status| failed(&info.summary(), status))?;
-        let queue = handle.queue(id).map_err(|status| failed(&info.summary(), status))?;
-        Ok(Context { info, options, id, deviation: None, queue, handle })
+        context.deviation = sentence(&deviations);
+        Ok(context)
+    }
+
+    fn probe(&self) -> Result<Vec<Deviation>, DeviceError> {
+        let program = self.compile_text(PROBE, "")?;
+        probe(&self.handle, &self.queue, self.id, &program).map_err(|status| failed(&self.info.summary(), status))
     }
 
     pub fn info(&self) -> &DeviceInfo {
         &self.info
     }
 
-    /// Compile kernels that read sections cut into `parts`.
-    pub(super) fn compile(&self, parts: Parts) -> Result<Program, DeviceError> {
-        let source = format!("{CONTRACTION}{DOUBLE}\n{TRIANGLE}\n{TRAVERSE}");
-        let options = format!(
-            "-cl-std=CL1.2 -D PARTS={} -D NODE_SHIFT={} -D TRIS_SHIFT={}",
-            parts.count, parts.node_shift, parts.triangle_shift
-        );
-        // Written here, without a NUL.
-        let options = CString::new(options).unwrap_or_default();
+    /// The kernels for sections cut into `parts`, compiled when first asked for.
+    pub(super) fn program(&self, parts: Parts) -> Result<Arc<Program>, DeviceError> {
+        // A panic while the lock was held would have been between two whole states of the list.
+        let mut programs = self.programs.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some((_, program)) = programs.iter().find(|(of, _)| *of == parts) {
+            return Ok(Arc::clone(program));
+        }
+        let program = Arc::new(self.compile(parts)?);
+        programs.push((parts, Arc::clone(&program)));
+        Ok(program)
+    }
+
+    fn compile(&self, parts: Parts) -> Result<Program, DeviceError> {
+        let fault = match self.options.fault {
+            None => "",
+            Some(Fault::DroppedChild) => " -D DROPPED_CHILD",
+            Some(Fault::WrongOctant) => " -D WRONG_OCTANT",
+        };
+        let Parts { count, node_shift, triangle_shift } = parts;
+        let options = format!(" -D PARTS={count} -D NODE_SHIFT={node_shift} -D TRIS_SHIFT={triangle_shift}{fault}");
+        self.compile_text(&[TRIANGLE, TRAVERSE, BRUTE].join("\n"), &options)
+    }
+
+    fn compile_text(&self, kernels: &str, options: &str) -> Result<Program, DeviceError> {
+        let real = if self.soft_f64 { SOFT_DOUBLE } else { DOUBLE };
+        let source = format!("{CONTRACTION}{real}\n{kernels}");
+        // Written in this file, without a NUL.
+        let options = CString::new(format!("-cl-std=CL1.2{options}")).unwrap_or_default();
         self.handle.compile(self.id, &source, &options).map_err(|(status, log)| match log {
             Some(log) => DeviceError::Build { device: self.info.summary(), status: status.name(), log },
             None => failed(&self.info.summary(), status),
@@ -87,5 +139,8 @@ impl Parts {
 /// No product and sum may be one operation: the CPU rounds twice.
 const CONTRACTION: &str = "#pragma OPENCL FP_CONTRACT OFF\n";
 const DOUBLE: &str = include_str!("kernels/double.cl");
+const SOFT_DOUBLE: &str = include_str!("kernels/soft_double.cl");
+const PROBE: &str = include_str!("kernels/probe.cl");
 const TRIANGLE: &str = include_str!("kernels/triangle.cl");
 const TRAVERSE: &str = include_str!("kernels/traverse.cl");
+const BRUTE: &str = include_str!("kernels/brute.cl");

@@ -65,6 +65,8 @@ macro_rules! handle {
         // are borrowed mutably for it.
         #[allow(unsafe_code)]
         unsafe impl Send for $name {}
+        #[allow(unsafe_code)]
+        unsafe impl Sync for $name {}
 
         impl Drop for $name {
             #[allow(unsafe_code)]

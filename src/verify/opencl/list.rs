@@ -2,6 +2,7 @@ use super::driver::{self, DeviceId, Status};
 use crate::verify::DeviceError;
 use opencl3::device::*;
 use serde::Serialize;
+use std::sync::{Mutex, PoisonError};
 
 /// What a device is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -64,6 +65,9 @@ pub fn preferred(devices: &[DeviceInfo]) -> Option<&DeviceInfo> {
 
 /// As [`list_devices`], with the driver's names for them.
 pub(super) fn found() -> Result<Vec<(DeviceInfo, DeviceId)>, DeviceError> {
+    // Loaders set themselves up in the first call, and not all of them lock: two threads at once have crashed ocl-icd 2.3.1.
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let platforms = match driver::platforms() {
         Ok(platforms) => platforms,
         Err(status) if status.is_missing_library() => return Err(DeviceError::NoLibrary { library: LIBRARY }),

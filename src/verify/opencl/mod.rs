@@ -5,13 +5,15 @@
 //! `driver` is the one place that calls OpenCL. The library is loaded when it is first asked for, so a program with this room starts
 //! on a machine without any driver.
 
+mod brute;
 mod context;
 mod driver;
 mod list;
+mod probe;
 mod scene;
 mod status;
 mod trace;
 
-pub use context::{Context, Options};
+pub use context::{Context, Fault, Options};
 pub use list::{DeviceInfo, DeviceKind, list_devices, preferred};
 pub use trace::OpenCl;

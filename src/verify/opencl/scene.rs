@@ -92,8 +92,11 @@ impl Upload<'_> {
         let fits = |bytes: usize| bytes as u64 <= self.most;
         let shift = |record: usize| (self.most / record as u64).max(1).ilog2();
         let cut = !fits(size_of_val(view.nodes)) || !fits(size_of_val(view.triangles));
+        if !cut {
+            return Parts { count: 1, node_shift: 0, triangle_shift: 0 };
+        }
         Parts {
-            count: if cut { Parts::MANY } else { 1 },
+            count: Parts::MANY,
             node_shift: shift(size_of::<Node>()),
             triangle_shift: shift(size_of::<TriangleRecord>()),
         }
@@ -159,5 +162,5 @@ impl Upload<'_> {
     }
 }
 
-/// Kernels load 16 bytes at a time; a cache's sections start at multiples of 64.
-const IN_PLACE_ALIGN: usize = 64;
+/// Kernels load 16 bytes at a time. A cache's sections start at multiples of 64, and large ones at a page, as some devices want it to spare the copy.
+const IN_PLACE_ALIGN: usize = 16;

@@ -6,6 +6,7 @@ use super::status::malformed;
 use crate::cache::View;
 use crate::geom::Ray;
 use crate::verify::{Device, DeviceError, HitRecord, Query, RayRecord};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// One file on one OpenCL device.
@@ -14,17 +15,18 @@ use std::time::{Duration, Instant};
 /// [`OpenCl::LAUNCH`], because drivers of displays kill what runs for seconds.
 pub struct OpenCl<'a> {
     name: String,
-    scene: Scene<'a>,
+    pub(super) view: View<'a>,
+    pub(super) scene: Scene<'a>,
     traverse: Kernel,
-    group_size: usize,
-    rays: Buffer<'static>,
-    hits: Buffer<'static>,
+    pub(super) group_size: usize,
+    pub(super) rays: Buffer<'static>,
+    pub(super) hits: Buffer<'static>,
     /// Rays in the next launch.
     batch: usize,
     /// Rays that fit the buffers.
-    room: usize,
-    _program: Program,
-    context: &'a Context,
+    pub(super) room: usize,
+    pub(super) program: Arc<Program>,
+    pub(super) context: &'a Context,
 }
 
 impl<'a> OpenCl<'a> {
@@ -40,7 +42,7 @@ impl<'a> OpenCl<'a> {
     pub fn new(context: &'a Context, view: View<'a>) -> Result<OpenCl<'a>, DeviceError> {
         let fails = |status| failed(&context.info.summary(), status);
         let scene = Scene::new(context, &view)?;
-        let program = context.compile(scene.parts)?;
+        let program = context.program(scene.parts)?;
         let traverse = context.kernel(&program, c"traverse")?;
         let group_size = traverse.group_size(context.id, 64).map_err(fails)?;
 
@@ -53,12 +55,13 @@ impl<'a> OpenCl<'a> {
             name: format!("opencl:{}", context.info.index),
             rays: buffer(room * size_of::<RayRecord>())?,
             hits: buffer(room * size_of::<HitRecord>())?,
+            view,
             scene,
             traverse,
             group_size,
             batch: Self::FIRST_BATCH.min(room),
             room,
-            _program: program,
+            program,
             context,
         })
     }
@@ -91,7 +94,8 @@ impl Device for OpenCl<'_> {
     }
 
     fn description(&self) -> String {
-        self.context.info.summary()
+        let arithmetic = if self.context.soft_f64 { ", f64 emulated in integers" } else { "" };
+        format!("{}{arithmetic}", self.context.info.summary())
     }
 
     fn deviation(&self) -> Option<String> {
@@ -110,20 +114,20 @@ impl Device for OpenCl<'_> {
             if let Some(malformed) = out[done..end].iter().find_map(malformed) {
                 return Err(DeviceError::Malformed { device: self.description(), malformed });
             }
-            self.batch = next_batch(self.batch, began.elapsed(), self.room);
+            self.batch = next_size(self.batch, began.elapsed(), self.room);
             done = end;
         }
         Ok(out)
     }
 }
 
-/// How many rays to take next, after `batch` of them took `time`.
-fn next_batch(batch: usize, time: Duration, room: usize) -> usize {
+/// How much to do in the next launch, after `size` took `time`.
+pub(super) fn next_size(size: usize, time: Duration, most: usize) -> usize {
     if time > 2 * OpenCl::LAUNCH {
-        (batch / 2).max(64)
+        (size / 2).max(64)
     } else if time < OpenCl::LAUNCH / 2 {
-        (batch * 2).min(room)
+        (size * 2).min(most)
     } else {
-        batch
+        size
     }
 }

@@ -21,6 +21,9 @@ static void slab(real o, real d, real arithmetic, real back, float *near, float 
     *near = down ? round_down(minus(o, pad)) : round_up(plus(o, pad));
     *far = down ? round_up(plus(o, far_pad)) : round_down(minus(o, far_pad));
     *downward = down ? 0xFFFFFFFFu : 0;
+#ifdef WRONG_OCTANT // A mistake that tests plant.
+    *downward = ~*downward;
+#endif
     float i = narrow(over(real_of(0x3FF0000000000000UL), d));
     uint exponent = as_uint(i) >> 23 & 0xFF;
     bool normal = exponent != 0 && exponent != 0xFF;
@@ -155,7 +158,9 @@ static bool next_leaf(const Scene *scene, Walk *walk, const Slabs *s, float limi
             bool swap = near_b < near_a;
             walk->near[walk->depth] = swap ? near_a : near_b;
             walk->node[walk->depth] = swap ? first : first + 1;
+#ifndef DROPPED_CHILD // Another.
             walk->depth++;
+#endif
             hits_a = !swap;
         }
         walk->ready = hits_a || hits_b;
