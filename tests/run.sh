@@ -34,6 +34,10 @@ need make make
 need ninja ninja-build
 need node nodejs
 need npm npm
+# An OpenCL loader and PoCL, the driver that runs on any processor: without them the tests of OpenCL devices skip themselves.
+library() { PATH=$PATH:/usr/sbin:/sbin ldconfig -p 2>/dev/null | grep -F "$1" >/dev/null || packages+=("$2"); }
+library libOpenCL.so.1 ocl-icd-libopencl1
+ls /etc/OpenCL/vendors/*.icd >/dev/null 2>&1 || packages+=(pocl-opencl-icd)
 python3 -c 'import venv, ensurepip' >/dev/null 2>&1 || packages+=(python3 python3-venv)
 if [ ${#packages[@]} -gt 0 ]; then
     echo "missing: ${packages[*]}"
