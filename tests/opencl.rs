@@ -54,7 +54,8 @@ fn sample(name: &str) -> Scene {
     read(&path, &ReadOptions::default()).expect("a scene")
 }
 
-/// Records with every bit equal, the first difference told with its ray. A device whose arithmetic deviates says so and is let off.
+/// Records with every bit equal, the first difference told with its ray. A device whose arithmetic deviates says so and
+/// is let off.
 fn assert_equal(name: &str, device: &dyn Device, rays: &[Ray], got: &[HitRecord], want: &[HitRecord]) {
     assert_eq!(got.len(), want.len());
     if let Some(deviation) = device.deviation() {
@@ -111,7 +112,8 @@ fn samples_give_the_cpus_bits() {
     }
 }
 
-/// Without `triangle`: of a triangle that stands in several slots, brute force names the first, traversal the first that it met.
+/// Without `triangle`: of a triangle that stands in several slots, brute force names the first, traversal the first
+/// that it met.
 fn without_slot(records: &[HitRecord]) -> Vec<HitRecord> {
     records.iter().map(|r| HitRecord { triangle: if r.is_hit() { 0 } else { r.triangle }, ..*r }).collect()
 }
@@ -133,7 +135,8 @@ fn brute_force_agrees_with_the_tree() {
     }
 }
 
-/// A scene and rays whose coordinates are all small integers or halves: products and sums are exact, so every device must agree.
+/// A scene and rays whose coordinates are all small integers or halves: products and sums are exact, so every device
+/// must agree.
 fn grid_scene(seed: u64) -> (Scene, Vec<Ray>) {
     let mut random = Random::new(seed);
     let mut integer = |reach: u64| random.below(2 * reach + 1) as f32 - reach as f32;

@@ -6,7 +6,8 @@ use crate::trace::Malformed;
 use crate::verify::{Device, DeviceError, HitRecord, RayRecord};
 use std::time::Instant;
 
-/// A slot of the triangle list as one instance shows it: the instance's record, 0 in a one-level file, and the slot in its BLAS.
+/// A slot of the triangle list as one instance shows it: the instance's record, 0 in a one-level file, and the slot in
+/// its BLAS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Place {
     instance: u32,
@@ -20,9 +21,9 @@ impl OpenCl<'_> {
     /// What mapping a ray into an instance is worth in triangle tests.
     const INSTANCE: usize = 16;
 
-    /// The closest hits without the tree: each ray against each triangle slot of each instance, by the same triangle test. Where the tree loses
-    /// nothing, every field but `triangle` equals that of [`Device::trace`]; `triangle` is the first slot of a duplicated triangle, of which a
-    /// traversal may meet only a later one.
+    /// The closest hits without the tree: each ray against each triangle slot of each instance, by the same triangle
+    /// test. Where the tree loses nothing, every field but `triangle` equals that of [`Device::trace`]; `triangle` is
+    /// the first slot of a duplicated triangle, of which a traversal may meet only a later one.
     ///
     /// The work is cut into launches of about [`OpenCl::LAUNCH`] by slots as well as by rays.
     ///
@@ -80,8 +81,8 @@ impl OpenCl<'_> {
             let numbers = [count as u32, u32::from(fresh), from.instance, from.slot, to.instance, to.slot];
             args.extend(numbers.map(Arg::U32));
 
-            // SAFETY: these are the kernel's parameters. It checks instance, BLAS and slots against the counts given, and its own number against
-            // `count`, for which the three buffers have room.
+            // SAFETY: these are the kernel's parameters. It checks instance, BLAS and slots against the counts given,
+            // and its own number against `count`, for which the three buffers have room.
             #[allow(unsafe_code)]
             unsafe {
                 kernel.run(&context.queue, &args, count.div_ceil(group_size), group_size)?;

@@ -29,7 +29,8 @@ pub enum Fault {
     WrongOctant,
 }
 
-/// A device made ready: opened, its arithmetic probed, the kernels compiled for it. Any number of files can be traced with one.
+/// A device made ready: opened, its arithmetic probed, the kernels compiled for it. Any number of files can be traced
+/// with one.
 pub struct Context {
     pub(super) info: DeviceInfo,
     pub(super) options: Options,
@@ -131,8 +132,8 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    /// The kernels' parameter lists name as many. OpenCL lets one buffer have at least a quarter of a device's memory, and cutting at a
-    /// power of two may halve that.
+    /// The kernels' parameter lists name as many. OpenCL lets one buffer have at least a quarter of a device's memory,
+    /// and cutting at a power of two may halve that.
     pub const MANY: u32 = 8;
 }
 
@@ -144,3 +145,21 @@ const PROBE: &str = include_str!("kernels/probe.cl");
 const TRIANGLE: &str = include_str!("kernels/triangle.cl");
 const TRAVERSE: &str = include_str!("kernels/traverse.cl");
 const BRUTE: &str = include_str!("kernels/brute.cl");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refused_kernel_shows_the_compilers_log() {
+        let Ok(context) = Context::open(0, Options::default()) else { return println!("skipped: no device") };
+        match context.compile_text("__kernel void k(__global int *a) { a[0] = no_such_name; }", "") {
+            Err(error @ DeviceError::Build { .. }) => {
+                let text = error.to_string();
+                assert!(text.contains("no_such_name") && text.contains("CL_BUILD_PROGRAM_FAILURE"), "{text}");
+            }
+            Err(error) => panic!("{error}"),
+            Ok(_) => panic!("it compiled"),
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! The OpenCL calls that this room makes, as safe functions: the only file of it that is `unsafe`.
 //!
-//! Handles are owned (`Drop` gives them back and, unlike those of opencl3, does not panic where a driver refuses that). Every transfer
-//! blocks and every launch is waited for, so no command outlives the borrow of the memory it works on.
+//! Handles are owned (`Drop` gives them back and, unlike those of opencl3, does not panic where a driver refuses that).
+//! Every transfer blocks and every launch is waited for, so no command outlives the borrow of the memory it works on.
 
 use bytemuck::Pod;
 use opencl3::command_queue as queues;
@@ -61,8 +61,8 @@ macro_rules! handle {
         #[derive(Debug)]
         pub(super) struct $name($raw);
 
-        // SAFETY: OpenCL 1.2 is thread-safe for all objects but kernels whose arguments are being set (specification, A.2), and those
-        // are borrowed mutably for it.
+        // SAFETY: OpenCL 1.2 is thread-safe for all objects but kernels whose arguments are being set (specification,
+        // A.2), and those are borrowed mutably for it.
         #[allow(unsafe_code)]
         unsafe impl Send for $name {}
         #[allow(unsafe_code)]
@@ -170,7 +170,8 @@ impl Context {
         source: &str,
         options: &CStr,
     ) -> std::result::Result<Program, (Status, Option<String>)> {
-        // One string: opencl3 takes a slice of them, but hands the driver an array of Rust slices for it, of which only the first is right.
+        // One string: opencl3 takes a slice of them, but hands the driver an array of Rust slices for it, of which only
+        // the first is right.
         let raw = programs::create_program_with_source(self.0, &[source]);
         let program = Program(named("clCreateProgramWithSource", raw).map_err(|status| (status, None))?);
         let built = programs::build_program(program.0, &[device.0], options, None, ptr::null_mut());
@@ -204,12 +205,14 @@ impl<'a> Buffer<'a> {
         Ok(Buffer { memory: Memory(named("clCreateBuffer", raw)?), bytes, host: PhantomData })
     }
 
-    /// The host's own memory, read in place by a device that shares it; other devices copy it when a kernel first needs it.
+    /// The host's own memory, read in place by a device that shares it; other devices copy it when a kernel first needs
+    /// it.
     pub fn share<T: Pod>(context: &Context, data: &'a [T]) -> Result<Buffer<'a>> {
         let bytes = size_of_val(data);
         let flags = memory::CL_MEM_READ_ONLY | memory::CL_MEM_USE_HOST_PTR | memory::CL_MEM_HOST_NO_ACCESS;
-        // SAFETY: the driver reads `data` until the buffer is released, which `'a` outlives, and never writes it: kernels see it read-only, and no
-        // map or transfer that could write it back is allowed on it. That holds for read-only pages of a mapped file, too.
+        // SAFETY: the driver reads `data` until the buffer is released, which `'a` outlives, and never writes it:
+        // kernels see it read-only, and no map or transfer that could write it back is allowed on it. That holds for
+        // read-only pages of a mapped file, too.
         #[allow(unsafe_code)]
         let raw = unsafe { memory::create_buffer(context.0, flags, bytes, data.as_ptr().cast_mut().cast()) };
         Ok(Buffer { memory: Memory(named("clCreateBuffer", raw)?), bytes, host: PhantomData })
@@ -239,7 +242,8 @@ impl<'a> Buffer<'a> {
             return Ok(());
         }
         self.assert_holds(offset, bytes.len());
-        // SAFETY: blocking, so `bytes` is written before this returns; any bytes are a value of a `Pod` type; the range was just checked.
+        // SAFETY: blocking, so `bytes` is written before this returns; any bytes are a value of a `Pod` type; the range
+        // was just checked.
         #[allow(unsafe_code)]
         let event = unsafe {
             let to = bytes.as_mut_ptr().cast::<c_void>();
@@ -275,7 +279,8 @@ impl Kernel {
     /// Run `groups` work groups of `group_size` items each, and wait for their end.
     ///
     /// # Safety
-    /// `args` are those that the kernel declares, in number, order and type, and with them the kernel stays within its buffers and ends.
+    /// `args` are those that the kernel declares, in number, order and type, and with them the kernel stays within its
+    /// buffers and ends.
     #[allow(unsafe_code)]
     pub unsafe fn run(&mut self, queue: &Queue, args: &[Arg<'_>], groups: usize, group_size: usize) -> Result<()> {
         for (index, arg) in (0..).zip(args) {
@@ -284,11 +289,13 @@ impl Kernel {
                 Arg::U32(value) => (4, ptr::from_ref(value).cast()),
                 Arg::U64(value) => (8, ptr::from_ref(value).cast()),
             };
-            // SAFETY: the driver copies `size` bytes from `value`, which points at that many; that they suit the kernel is the caller's promise.
+            // SAFETY: the driver copies `size` bytes from `value`, which points at that many; that they suit the kernel
+            // is the caller's promise.
             named("clSetKernelArg", unsafe { kernels::set_kernel_arg(self.0, index, size, value) })?;
         }
         let (global, local) = (groups * group_size, group_size);
-        // SAFETY: one dimension, so each of the pointers names one number. The arguments are borrowed until the wait below is over.
+        // SAFETY: one dimension, so each of the pointers names one number. The arguments are borrowed until the wait
+        // below is over.
         let event = unsafe {
             queues::enqueue_nd_range_kernel(queue.0, self.0, 1, ptr::null(), &global, &local, 0, ptr::null())
         };

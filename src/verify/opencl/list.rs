@@ -48,12 +48,13 @@ impl DeviceInfo {
 /// The devices of all platforms, in the platforms' order.
 ///
 /// # Errors
-/// [`DeviceError::NoLibrary`] without an OpenCL library, [`DeviceError::NoDevice`] where none of its drivers has a device.
+/// [`DeviceError::NoLibrary`] without an OpenCL library, [`DeviceError::NoDevice`] where none of its drivers has a
+/// device.
 pub fn list_devices() -> Result<Vec<DeviceInfo>, DeviceError> {
     Ok(found()?.into_iter().map(|(info, _)| info).collect())
 }
 
-/// The device that a user most likely means: the first usable GPU, else the first usable accelerator, else any usable one.
+/// The device that a user most likely means: the first usable GPU, accelerator, or device of another kind, in this order.
 pub fn preferred(devices: &[DeviceInfo]) -> Option<&DeviceInfo> {
     let rank = |info: &DeviceInfo| match info.kind {
         DeviceKind::Gpu => 0,
@@ -65,7 +66,8 @@ pub fn preferred(devices: &[DeviceInfo]) -> Option<&DeviceInfo> {
 
 /// As [`list_devices`], with the driver's names for them.
 pub(super) fn found() -> Result<Vec<(DeviceInfo, DeviceId)>, DeviceError> {
-    // Loaders set themselves up in the first call, and not all of them lock: two threads at once have crashed ocl-icd 2.3.1.
+    // Loaders set themselves up in the first call, and not all of them lock: two threads at once have crashed ocl-icd
+    // 2.3.1.
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let platforms = match driver::platforms() {

@@ -1,9 +1,9 @@
 //! OpenCL devices: [`list_devices`], a [`Context`] for one of them, and [`OpenCl`], which traces one file on it.
 //!
-//! The kernels in `kernels/` read the file's own records with no conversion and mirror the library's traversal operation by operation, so
-//! a device's answers have the CPU's bits; [`Device::deviation`](super::Device::deviation) says where its arithmetic does not allow that.
-//! `driver` is the one place that calls OpenCL. The library is loaded when it is first asked for, so a program with this room starts
-//! on a machine without any driver.
+//! The kernels in `kernels/` read the file's own records with no conversion and mirror the library's traversal
+//! operation by operation, so a device's answers have the CPU's bits; [`Device::deviation`](super::Device::deviation)
+//! says where its arithmetic does not allow that. `driver` is the one place that calls OpenCL. The library is loaded
+//! when it is first asked for, so a program with this room starts on a machine without any driver.
 
 mod brute;
 mod context;

@@ -1,4 +1,5 @@
-//! Does a device compute as IEEE 754 says? A kernel does each operation of the others on a fixed set of numbers, and the host compares the bits.
+//! Does a device compute as IEEE 754 says? A kernel does each operation of the others on a fixed set of numbers, and
+//! the host compares the bits.
 
 use super::driver::{Arg, Buffer, Context, DeviceId, Program, Queue, Status};
 use crate::trace::rays::Random;
@@ -65,7 +66,8 @@ pub(super) fn probe(
     let buffers = [&f32s, &f64s, &f32_out, &f64_out].map(Arg::Buffer);
     let args: Vec<Arg<'_>> = buffers.into_iter().chain([Arg::U32(PROBES as u32)]).collect();
 
-    // SAFETY: these are the kernel's parameters, and each item reads 3 and writes 8 numbers of its own, for which there is room.
+    // SAFETY: these are the kernel's parameters, and each item reads 3 and writes 8 numbers of its own, for which there
+    // is room.
     #[allow(unsafe_code)]
     unsafe {
         kernel.run(queue, &args, PROBES.div_ceil(group_size), group_size)?;
@@ -178,8 +180,8 @@ fn f64_answers([a, ..]: [f32; 3], [x, y, z]: [f64; 3]) -> [u64; 8] {
     bits
 }
 
-/// Special numbers, numbers near 1, numbers of any size, in turn. Of the numbers near 1 a third are rounded to few bits, so that ties and
-/// exact results occur.
+/// Special numbers, numbers near 1, numbers of any size, in turn. Of the numbers near 1 a third are rounded to few
+/// bits, so that ties and exact results occur.
 fn some_f32(random: &mut Random, i: usize) -> u32 {
     const SPECIAL: [u32; 14] = [
         0,

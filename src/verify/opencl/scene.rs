@@ -162,5 +162,6 @@ impl Upload<'_> {
     }
 }
 
-/// Kernels load 16 bytes at a time. A cache's sections start at multiples of 64, and large ones at a page, as some devices want it to spare the copy.
+/// Kernels load 16 bytes at a time. A cache's sections start at multiples of 64, and large ones at a page, as some
+/// devices want it to spare the copy.
 const IN_PLACE_ALIGN: usize = 16;

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 
 /// One file on one OpenCL device.
 ///
-/// Rays go in batches: so small at first that even a slow device answers soon, and twice as large as long as a launch stays under
-/// [`OpenCl::LAUNCH`], because drivers of displays kill what runs for seconds.
+/// Rays go in batches: so small at first that even a slow device answers soon, and twice as large as long as a launch
+/// stays under [`OpenCl::LAUNCH`], because drivers of displays kill what runs for seconds.
 pub struct OpenCl<'a> {
     name: String,
     pub(super) view: View<'a>,
@@ -78,8 +78,9 @@ impl<'a> OpenCl<'a> {
         args.extend([Arg::U32(rays.len() as u32), Arg::U32(u32::from(query == Query::Any))]);
         let groups = rays.len().div_ceil(self.group_size);
 
-        // SAFETY: these are the kernel's parameters. It checks every index that it takes from the file against the counts given, and its own number
-        // against `rays.len()`, for which both buffers have room; its loops are bounded by the counts on any data.
+        // SAFETY: these are the kernel's parameters. It checks every index that it takes from the file against the
+        // counts given, and its own number against `rays.len()`, for which both buffers have room; its loops are
+        // bounded by the counts on any data.
         #[allow(unsafe_code)]
         unsafe {
             self.traverse.run(&self.context.queue, &args, groups, self.group_size)?;
@@ -129,5 +130,19 @@ pub(super) fn next_size(size: usize, time: Duration, most: usize) -> usize {
         (size * 2).min(most)
     } else {
         size
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn launches_grow_while_they_are_short_and_shrink_when_they_are_long() {
+        let ms = Duration::from_millis;
+        assert_eq!(next_size(1000, ms(1), 1500), 1500);
+        assert_eq!(next_size(1000, ms(100), 1500), 1000);
+        assert_eq!(next_size(1000, ms(500), 1500), 500);
+        assert_eq!(next_size(64, ms(5000), 1500), 64);
     }
 }

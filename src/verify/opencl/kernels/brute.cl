@@ -1,7 +1,9 @@
-// Brute force: every triangle slot of every instance, no tree. The same triangle test, so the same bits where the tree loses nothing.
+// Brute force: every triangle slot of every instance, no tree. The same triangle test, so the same bits where the tree
+// loses nothing.
 
-// Test all rays against the slots from (first_place, first_slot) up to (last_place, last_slot), which does not count. A place is an
-// instance, or the only BLAS of a one-level file. Hits and distances stay in their buffers from one launch to the next.
+// Test all rays against the slots from (first_place, first_slot) up to (last_place, last_slot), which does not count. A
+// place is an instance, or the only BLAS of a one-level file. Hits and distances stay in their buffers from one launch
+// to the next.
 __kernel void brute(SCENE_PARAMETERS, __global const Ray *rays, __global Hit *hits, __global ulong *distances,
                     uint ray_count, uint fresh, uint first_place, uint first_slot, uint last_place, uint last_slot) {
     size_t id = get_global_id(0);

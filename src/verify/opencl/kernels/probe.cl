@@ -1,7 +1,7 @@
 // Each operation that the other kernels use, on numbers that the host knows the answers for.
 
-__kernel void probe(__global const uint *f32, __global const ulong *f64, __global uint *f32_out, __global ulong *f64_out,
-                    uint count) {
+__kernel void probe(__global const uint *f32, __global const ulong *f64, __global uint *f32_out,
+                    __global ulong *f64_out, uint count) {
     size_t id = get_global_id(0);
     if (id >= count)
         return;

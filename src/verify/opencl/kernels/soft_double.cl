@@ -1,5 +1,5 @@
-// f64 arithmetic in 64-bit integers, for devices without double: IEEE 754 binary64, rounding to nearest, ties to even, denormals kept. The twin
-// of double.cl. Only what a NaN's bits are is left open.
+// f64 arithmetic in 64-bit integers, for devices without double: IEEE 754 binary64, rounding to nearest, ties to even,
+// denormals kept. The twin of double.cl. Only what a NaN's bits are is left open.
 
 typedef ulong real; // The number's bits.
 
@@ -28,10 +28,13 @@ static real rounded(ulong sign, int exponent, ulong significand) {
     significand = (significand + 0x200) >> 10;
     if (lost == 0x200)
         significand &= ~1UL;
-    return sign | ((ulong)(exponent - 1) << 52) + significand; // A leading bit, if any, adds 1 to the exponent; a carry one more.
+
+    // A leading bit, if there is one, adds 1 to the exponent, and a carry one more.
+    return sign | ((ulong)(exponent - 1) << 52) + significand;
 }
 
-// A finite number's exponent and significand, as if denormals had the exponent 1; the leading bit of a normal number is bit 52.
+// A finite number's exponent and significand, as if denormals had the exponent 1; the leading bit of a normal number is
+// bit 52.
 static int exponent_of(real a) { return max((int)(a >> 52 & 0x7FF), 1); }
 static ulong significand_of(real a) { return (a & (ONE_BIT - 1)) | ((a & INFINITE) != 0 ? ONE_BIT : 0); }
 

@@ -1,6 +1,8 @@
-// Closest and any hit over the file's own records: one or two levels, an explicit stack, near child first, nodes behind the closest hit dropped.
+// Closest and any hit over the file's own records: one or two levels, an explicit stack, near child first, nodes behind
+// the closest hit dropped.
 //
-// It is as careful as the Rust twin (src/trace/traverse.rs): on a malformed tree it ends with a status, and reads nothing out of bounds.
+// It is as careful as the Rust twin (src/trace/traverse.rs): on a malformed tree it ends with a status, and reads
+// nothing out of bounds.
 
 #define MAX_DEPTH 64
 #define MAX_LEAF 255u
@@ -15,7 +17,8 @@ typedef struct {
 
 static void slab(real o, real d, real arithmetic, real back, float *near, float *far, float *inverse, uint *downward) {
     real length = magnitude(d);
-    real pad = larger(larger(arithmetic, times(length, real_of(0x36D0000000000000UL))), real_of(0x39B0000000000000UL)); // 2^-146, 2^-100
+    real least = larger(times(length, real_of(0x36D0000000000000UL)), real_of(0x39B0000000000000UL)); // 2^-146, 2^-100
+    real pad = larger(arithmetic, least);
     real far_pad = larger(pad, plus(pad, times(length, back)));
     bool down = less(d, real_of(0));
     *near = down ? round_down(minus(o, pad)) : round_up(plus(o, pad));
@@ -115,8 +118,8 @@ static bool failed(Hit *hit, uint status, uint a, uint b, uint c) {
     return false;
 }
 
-// Go on to the next leaf that the ray meets before `limit`, and leave its items in first and count. False at the end, or with a status
-// in `failure`.
+// Go on to the next leaf that the ray meets before `limit`, and leave its items in first and count. False at the end,
+// or with a status in `failure`.
 static bool next_leaf(const Scene *scene, Walk *walk, const Slabs *s, float limit, Hit *failure) {
     float end = widened(limit);
     for (;;) {
@@ -169,9 +172,10 @@ static bool next_leaf(const Scene *scene, Walk *walk, const Slabs *s, float limi
     }
 }
 
-// Improve `best` by the triangles of one BLAS; with `any`, true as soon as one is hit. `stop` gets the status of a failure.
-static bool trace_blas(const Scene *scene, Blas blas, uint instance, Real3 origin, Real3 direction, float t_min, uint any,
-                       Best *best, Hit *stop) {
+// Improve `best` by the triangles of one BLAS; with `any`, true as soon as one is hit. `stop` gets the status of a
+// failure.
+static bool trace_blas(const Scene *scene, Blas blas, uint instance, Real3 origin, Real3 direction, float t_min,
+                       uint any, Best *best, Hit *stop) {
     if (blas.node_count == 0)
         return false;
     Walk walk;

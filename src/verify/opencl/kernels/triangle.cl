@@ -1,7 +1,8 @@
 // The file's records, the ray, and the triangle test: what traversal and brute force share.
 //
-// All of it mirrors bvhc's own traversal (src/trace) operation by operation, so that the answers are equal bit for bit: f32 and f64 operations
-// that IEEE 754 defines, in the same order, never contracted. Why the bounds in here hold is written there.
+// All of it mirrors bvhc's own traversal (src/trace) operation by operation, so that the answers are equal bit for bit:
+// f32 and f64 operations that IEEE 754 defines, in the same order, never contracted. Why the bounds in here hold is
+// written there.
 
 #define NONE 0xFFFFFFFFu
 #define FARTHEST as_float(0x7E800000u) /* 2^126: no hit counts beyond */
@@ -20,7 +21,8 @@ typedef struct { uint t, u, v, prim, geom, instance, triangle, status; } Hit;
 typedef struct { float3 low; uint first; float3 high; uint count; } Node;
 typedef struct { ulong node_offset, ref_offset; uint node_count, ref_count; } Blas;
 
-// A view of the file. NODE and TRIS are cut into PARTS buffers of 2^NODE_SHIFT and 2^TRIS_SHIFT records where one is more than the device allocates.
+// A view of the file. NODE and TRIS are cut into PARTS buffers of 2^NODE_SHIFT and 2^TRIS_SHIFT records where one is
+// more than the device allocates.
 typedef struct {
     __global const uint4 *nodes[PARTS], *triangles[PARTS];
     __global const uint4 *blases, *top_nodes, *instances;
@@ -30,21 +32,21 @@ typedef struct {
 
 #if PARTS == 1
 #define SCENE_PARAMETERS                                                                                               \
-    __global const uint4 *n0, __global const uint4 *t0, __global const uint4 *blases, __global const uint4 *top_nodes,  \
-        __global const uint4 *instances, ulong node_count, ulong triangle_count, uint blas_count, uint top_count,       \
+    __global const uint4 *n0, __global const uint4 *t0, __global const uint4 *blases, __global const uint4 *top_nodes, \
+        __global const uint4 *instances, ulong node_count, ulong triangle_count, uint blas_count, uint top_count,      \
         uint instance_count
 #define SCENE                                                                                                          \
     { { n0 }, { t0 }, blases, top_nodes, instances, node_count, triangle_count, blas_count, top_count, instance_count }
 #else
 #define SCENE_PARAMETERS                                                                                               \
-    __global const uint4 *n0, __global const uint4 *n1, __global const uint4 *n2, __global const uint4 *n3,             \
-        __global const uint4 *n4, __global const uint4 *n5, __global const uint4 *n6, __global const uint4 *n7,         \
-        __global const uint4 *t0, __global const uint4 *t1, __global const uint4 *t2, __global const uint4 *t3,         \
-        __global const uint4 *t4, __global const uint4 *t5, __global const uint4 *t6, __global const uint4 *t7,         \
-        __global const uint4 *blases, __global const uint4 *top_nodes, __global const uint4 *instances,                 \
+    __global const uint4 *n0, __global const uint4 *n1, __global const uint4 *n2, __global const uint4 *n3,            \
+        __global const uint4 *n4, __global const uint4 *n5, __global const uint4 *n6, __global const uint4 *n7,        \
+        __global const uint4 *t0, __global const uint4 *t1, __global const uint4 *t2, __global const uint4 *t3,        \
+        __global const uint4 *t4, __global const uint4 *t5, __global const uint4 *t6, __global const uint4 *t7,        \
+        __global const uint4 *blases, __global const uint4 *top_nodes, __global const uint4 *instances,                \
         ulong node_count, ulong triangle_count, uint blas_count, uint top_count, uint instance_count
 #define SCENE                                                                                                          \
-    { { n0, n1, n2, n3, n4, n5, n6, n7 }, { t0, t1, t2, t3, t4, t5, t6, t7 }, blases, top_nodes, instances,             \
+    { { n0, n1, n2, n3, n4, n5, n6, n7 }, { t0, t1, t2, t3, t4, t5, t6, t7 }, blases, top_nodes, instances,            \
       node_count, triangle_count, blas_count, top_count, instance_count }
 #endif
 
@@ -145,7 +147,8 @@ static void to_object(const Scene *scene, ulong instance, Real3 *origin, Real3 *
         row[r] = widen3(m.xyz);
         last[r] = widen(m.w);
     }
-    Real3 o = { plus(dot3(row[0], *origin), last[0]), plus(dot3(row[1], *origin), last[1]), plus(dot3(row[2], *origin), last[2]) };
+    Real3 o = { plus(dot3(row[0], *origin), last[0]), plus(dot3(row[1], *origin), last[1]),
+                plus(dot3(row[2], *origin), last[2]) };
     Real3 d = { dot3(row[0], *direction), dot3(row[1], *direction), dot3(row[2], *direction) };
     *origin = o;
     *direction = d;
@@ -197,7 +200,8 @@ static bool comes_first(Hit a, Hit b) {
 // Twice the area that the edge q p spans with the ray, seen along it.
 static real edge(Real3 p, Real3 q) { return minus(times(p.x, q.y), times(p.y, q.x)); }
 
-// Test one triangle; true if the ray meets it within t_min and the best hit, which it then becomes where it comes first.
+// Test one triangle; true if the ray meets it within t_min and the best hit, which it then becomes where it comes
+// first.
 static bool triangle(const Scene *scene, const EdgeRay *ray, ulong slot, uint instance, float t_min, Best *best) {
     __global const uint4 *words = triangle_words(scene, slot);
     uint4 w0 = words[0], w1 = words[1], w2 = words[2];
