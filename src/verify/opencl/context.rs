@@ -1,4 +1,4 @@
-use super::driver::{Context as Handle, DeviceId, Kernel, Program, Queue};
+use super::driver::{Context as Handle, DeviceId, Kernel, Program, Queue, Status};
 use super::list::{DeviceInfo, failed, found};
 use super::probe::{Deviation, concerns_f64, probe, sentence};
 use crate::verify::DeviceError;
@@ -116,6 +116,16 @@ impl Context {
             Some(log) => DeviceError::Build { device: self.info.summary(), status: status.name(), log },
             None => failed(&self.info.summary(), status),
         })
+    }
+
+    /// A call that failed while memory for `what` was asked.
+    pub(super) fn no_room(&self, status: Status, what: &str, needed: u64) -> DeviceError {
+        let device = self.info.summary();
+        if status.is_out_of_memory() {
+            let available = self.info.global_memory;
+            return DeviceError::OutOfMemory { device, what: what.to_string(), needed, available };
+        }
+        failed(&device, status)
     }
 
     pub(super) fn kernel(&self, program: &Program, name: &CStr) -> Result<Kernel, DeviceError> {

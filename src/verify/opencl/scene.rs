@@ -1,6 +1,5 @@
 use super::context::{Context, Parts};
 use super::driver::{Arg, Buffer, Status};
-use super::list::failed;
 use crate::cache::{TriangleRecord, View};
 use crate::tree::Node;
 use crate::verify::DeviceError;
@@ -143,13 +142,7 @@ impl Upload<'_> {
             Ok(buffer)
         };
         self.copied += bytes as u64;
-        copy().map_err(|status| {
-            if status.is_out_of_memory() {
-                self.too_large(name, bytes as u64, context.info.global_memory)
-            } else {
-                failed(&context.info.summary(), status)
-            }
-        })
+        copy().map_err(|status| context.no_room(status, name, bytes as u64))
     }
 
     fn count(&self, records: usize, name: &str) -> Result<u32, DeviceError> {

@@ -50,7 +50,10 @@ impl<'a> OpenCl<'a> {
         let most = context.options.max_allocation.unwrap_or(u64::MAX).min(context.info.max_allocation);
         let fitting = (most / 16) as usize / size_of::<RayRecord>();
         let room = fitting.clamp(group_size, Self::LARGEST_BATCH).next_multiple_of(group_size);
-        let buffer = |bytes: usize| Buffer::new(&context.handle, bytes).map_err(fails);
+        let buffer = |bytes: usize| {
+            Buffer::new(&context.handle, bytes)
+                .map_err(|status| context.no_room(status, "a batch of rays", bytes as u64))
+        };
         Ok(OpenCl {
             name: format!("opencl:{}", context.info.index),
             rays: buffer(room * size_of::<RayRecord>())?,
