@@ -2,6 +2,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../common/faults.rs"]
+mod faults;
 
 mod build;
 mod depfile;
@@ -11,6 +13,7 @@ mod inspect;
 mod interrupt;
 mod streams;
 mod surfaces;
+mod verify;
 
 use assert_cmd::cargo::cargo_bin;
 use std::path::{Path, PathBuf};

@@ -1,0 +1,237 @@
+//! Faults planted in files and in traversals are found within the default ray budget, on the CPU and on OpenCL, and the report names the
+//! record that is to blame.
+
+#[path = "common/faults.rs"]
+mod faults;
+
+use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset, compile};
+use bvhc::cache::{Cache, Image, Meta, OpenOptions, View, WriteOptions, to_bytes};
+use bvhc::geom::Ray;
+use bvhc::scene::{ReadOptions, Scene, read};
+use bvhc::trace::{Fault as Mistake, Observer, try_any_hit, try_closest_hit};
+use bvhc::verify::{Class, Cpu, Device, DeviceError, HitRecord, Outcome, Plan, Query, Subject, run, scene_of_file};
+use faults::{Fault, plant};
+use std::path::Path;
+
+fn sample(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples").join(name);
+    read(&path, &ReadOptions::default()).expect("a scene")
+}
+
+fn build(scene: &Scene) -> Image {
+    let levels = if scene.instances.len() > 1 { Levels::Two } else { Levels::One };
+    let options = BuildOptions { method: Method::Sbvh, levels, ..BuildOptions::preset(Preset::Best) };
+    Image::new(&compile(scene.clone(), &options, &Executor::new(0).expect("threads"), &NoProgress).expect("a tree"))
+}
+
+/// Written and opened again, with hashes that agree: the container cannot tell.
+fn stored(image: &Image) -> Cache {
+    let bytes = to_bytes(image, &Meta::default(), &WriteOptions::default()).expect("a file");
+    Cache::from_bytes(&bytes, &OpenOptions::default()).expect("a valid container")
+}
+
+/// A tenth of the default number of rays.
+fn plan() -> Plan {
+    Plan { rays: Plan::default().rays / 10, ..Plan::default() }
+}
+
+/// The OpenCL device that a user would get. It stays open to the end of the process.
+#[cfg(feature = "opencl")]
+fn opencl(options: bvhc::verify::opencl::Options) -> Option<&'static bvhc::verify::opencl::Context> {
+    use bvhc::verify::opencl::{Context, list_devices, preferred};
+    match list_devices() {
+        Ok(devices) => {
+            let best = preferred(&devices).expect("a usable device").index;
+            Some(Box::leak(Box::new(Context::open(best, options).expect("it opens"))))
+        }
+        Err(DeviceError::NoLibrary { .. } | DeviceError::NoDevice { .. }) => {
+            println!("skipped on OpenCL: there is no device");
+            None
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+#[cfg(feature = "opencl")]
+fn others(view: View<'_>) -> Vec<Box<dyn Device + '_>> {
+    use bvhc::verify::opencl::OpenCl;
+    opencl(Default::default())
+        .into_iter()
+        .map(|c| Box::new(OpenCl::new(c, view).expect("it fits")) as Box<dyn Device + '_>)
+        .collect()
+}
+
+#[cfg(not(feature = "opencl"))]
+fn others(_: View<'_>) -> Vec<Box<dyn Device + '_>> {
+    println!("skipped on OpenCL: this build has none");
+    Vec::new()
+}
+
+fn verify(cache: &Cache, scene: &Scene) -> Outcome {
+    let subject = Subject::new(cache.view(), scene);
+    run(&subject, &mut Cpu::new(cache.view()), &mut others(cache.view()), &plan(), &NoProgress).expect("a verdict")
+}
+
+/// The scene that the model holds, or the one that the faulty file itself says that it holds.
+enum Against {
+    Source,
+    File,
+}
+
+fn found(sample_name: &str, fault: Fault, against: Against) {
+    let scene = sample(sample_name);
+    let mut image = build(&scene);
+    let planted = plant(&mut image, fault).expect("something to break");
+    let cache = stored(&image);
+    let own = scene_of_file(&cache.view(), cache.names()).expect("a scene");
+    let outcome = verify(&cache, if matches!(against, Against::Source) { &scene } else { &own });
+    assert!(!outcome.is_right(), "{fault:?} in {sample_name}");
+    for device in &outcome.devices {
+        let mismatch = device.first_mismatch.as_ref().expect("a mismatch on every device");
+        let blame = mismatch.blame.as_ref().unwrap_or_else(|| panic!("nothing is to blame: {mismatch:#?}"));
+        println!(
+            "{fault:?} in {sample_name} on {}: ray {} of {:?} {}; {blame}",
+            device.name,
+            mismatch.index,
+            mismatch.set,
+            mismatch.class.words()
+        );
+        assert_eq!(blame.section, planted.section, "{blame}");
+        assert!(planted.records.contains(&blame.record), "{planted:?}, but {blame}");
+    }
+}
+
+#[test]
+fn a_sound_file_is_right() {
+    for name in ["corrugated_roof.obj", "forest.glb"] {
+        let scene = sample(name);
+        let cache = stored(&build(&scene));
+        let outcome = verify(&cache, &scene);
+        assert!(outcome.is_right(), "{name}: {:#?}", outcome.first_mismatch());
+        for device in &outcome.devices {
+            let total = device.total();
+            assert_eq!((total.rays, total.hits > total.rays / 4), (plan().rays, true), "{total:?}");
+        }
+        assert!(outcome.oracle.rays > 1000 && outcome.oracle.agree > outcome.oracle.rays / 2, "{:?}", outcome.oracle);
+    }
+}
+
+#[test]
+fn a_shrunk_box_is_found() {
+    found("corrugated_roof.obj", Fault::ShrunkBox, Against::File);
+    found("forest.glb", Fault::ShrunkBox, Against::Source);
+}
+
+#[test]
+fn a_shrunk_box_of_the_top_level_is_found() {
+    found("forest.glb", Fault::ShrunkTopBox, Against::File);
+}
+
+#[test]
+fn swapped_children_are_found() {
+    found("corrugated_roof.obj", Fault::SwappedChildren, Against::File);
+    found("corrugated_roof.obj", Fault::SwappedBoxes, Against::Source);
+    found("forest.glb", Fault::SwappedChildren, Against::File);
+}
+
+#[test]
+fn a_moved_vertex_is_found_against_the_source() {
+    found("corrugated_roof.obj", Fault::MovedVertex, Against::Source);
+    found("forest.glb", Fault::MovedVertex, Against::Source);
+}
+
+#[test]
+fn a_dropped_duplicate_reference_is_found() {
+    found("corrugated_roof.obj", Fault::DroppedReference, Against::File);
+    found("corrugated_roof.obj", Fault::DroppedReference, Against::Source);
+}
+
+#[test]
+fn a_wrong_instance_matrix_is_found() {
+    found("forest.glb", Fault::WrongMatrix, Against::File);
+    found("forest.glb", Fault::WrongMatrix, Against::Source);
+}
+
+/// The CPU's traversal with a mistake in it.
+struct Broken<'a, M>(View<'a>, std::marker::PhantomData<M>);
+
+impl<M: Observer + Default> Device for Broken<'_, M> {
+    fn name(&self) -> &str {
+        "broken"
+    }
+
+    fn description(&self) -> String {
+        "the CPU's traversal with a mistake planted in it".into()
+    }
+
+    fn deviation(&self) -> Option<String> {
+        None
+    }
+
+    fn trace(&mut self, rays: &[Ray], query: Query) -> Result<Vec<HitRecord>, DeviceError> {
+        let one = |ray: &Ray| match query {
+            Query::Closest => try_closest_hit(&self.0, ray, &mut M::default()).expect("a tree").into(),
+            Query::Any => HitRecord::any(try_any_hit(&self.0, ray, &mut M::default()).expect("a tree")),
+        };
+        Ok(rays.iter().map(one).collect())
+    }
+}
+
+#[derive(Default)]
+struct SignOfZero;
+impl Observer for SignOfZero {
+    const FAULT: Option<Mistake> = Some(Mistake::SignOfZero);
+}
+
+#[derive(Default)]
+struct Order;
+impl Observer for Order {
+    const FAULT: Option<Mistake> = Some(Mistake::Order);
+}
+
+/// A traversal that goes wrong on sound records is found beside the CPU's, and by the oracle alone where it is the reference.
+fn found_in_traversal<M: Observer + Default>(sample_name: &str) {
+    let scene = sample(sample_name);
+    let cache = stored(&build(&scene));
+    let broken = || Broken::<M>(cache.view(), std::marker::PhantomData);
+    let subject = Subject::new(cache.view(), &scene);
+    let beside =
+        run(&subject, &mut Cpu::new(cache.view()), &mut [Box::new(broken())], &plan(), &NoProgress).expect("a verdict");
+    let alone = run(&subject, &mut broken(), &mut [], &plan(), &NoProgress).expect("a verdict");
+    assert_eq!(beside.devices[0].total().mismatches(), 0);
+    for device in [&beside.devices[1], &alone.devices[0]] {
+        let mismatch = device.first_mismatch.as_ref().expect("a mismatch");
+        let blame = mismatch.blame.as_ref().expect("a leaf that it should have reached");
+        println!("{sample_name}: {:?} {}; {blame}", mismatch.set, mismatch.class.words());
+        assert!(matches!(mismatch.class, Class::Missed | Class::Farther), "{mismatch:?}");
+        assert!(blame.why.contains("the traversal is not") && blame.section == "NODE", "{blame}");
+    }
+}
+
+#[test]
+fn a_broken_octant_is_found() {
+    found_in_traversal::<SignOfZero>("corrugated_roof.obj");
+    found_in_traversal::<SignOfZero>("forest.glb");
+}
+
+#[test]
+fn a_broken_order_of_children_is_found() {
+    found_in_traversal::<Order>("corrugated_roof.obj");
+    found_in_traversal::<Order>("forest.glb");
+}
+
+/// What `bvhc check` refuses does not crash verification: traversal gives up, and the report says on which ray.
+#[test]
+fn a_malformed_tree_is_told_and_not_walked() {
+    let scene = sample("corrugated_roof.obj");
+    let mut image = build(&scene);
+    let broken = image.nodes[2].first as usize;
+    image.nodes[broken].first = u32::MAX - 1;
+    image.nodes[broken].count = 0;
+    let cache = stored(&image);
+    let outcome = verify(&cache, &scene);
+    assert_eq!(outcome.devices[0].total().malformed, 1);
+    let mismatch = outcome.first_mismatch().expect("a ray");
+    let again = Cpu::new(cache.view()).trace(&[mismatch.ray], mismatch.query);
+    assert!(matches!(again, Err(DeviceError::Malformed { .. })), "{mismatch:?}");
+}
