@@ -220,6 +220,29 @@ fn a_broken_order_of_children_is_found() {
     found_in_traversal::<Order>("forest.glb");
 }
 
+/// The same for the kernel: compiled with a mistake, it is found beside the CPU.
+#[cfg(feature = "opencl")]
+#[test]
+fn a_broken_kernel_is_found() {
+    use bvhc::verify::opencl::{Fault as Mistake, OpenCl, Options};
+    for mistake in [Mistake::WrongOctant, Mistake::DroppedChild] {
+        let Some(context) = opencl(Options { fault: Some(mistake), ..Options::default() }) else { return };
+        for name in ["corrugated_roof.obj", "forest.glb"] {
+            let scene = sample(name);
+            let cache = stored(&build(&scene));
+            let subject = Subject::new(cache.view(), &scene);
+            let broken: Box<dyn Device> = Box::new(OpenCl::new(context, cache.view()).expect("it fits"));
+            let mut cpu = Cpu::new(cache.view());
+            let outcome = run(&subject, &mut cpu, &mut [broken], &plan(), &NoProgress).expect("a verdict");
+            assert_eq!(outcome.devices[0].total().mismatches(), 0);
+            let mismatch = outcome.devices[1].first_mismatch.as_ref().expect("a mismatch");
+            let blame = mismatch.blame.as_ref().expect("a leaf that it should have reached");
+            println!("{mistake:?} in {name}: {:?} {}; {blame}", mismatch.set, mismatch.class.words());
+            assert!(blame.why.contains("the traversal is not") && blame.section == "NODE", "{blame}");
+        }
+    }
+}
+
 /// What `bvhc check` refuses does not crash verification: traversal gives up, and the report says on which ray.
 #[test]
 fn a_malformed_tree_is_told_and_not_walked() {

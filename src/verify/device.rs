@@ -21,6 +21,17 @@ pub trait Device {
     fn deviation(&self) -> Option<String>;
     /// One record per ray, in order.
     fn trace(&mut self, rays: &[Ray], query: Query) -> Result<Vec<HitRecord>, DeviceError>;
+
+    /// The closest hits without the tree, by the same triangle test; `None` on a device that has no such thing. Of a triangle that stands in
+    /// several slots any may be named.
+    fn brute_force(&mut self, _rays: &[Ray]) -> Result<Option<Vec<HitRecord>>, DeviceError> {
+        Ok(None)
+    }
+
+    /// Triangle tests that a verification may spend on [`Device::brute_force`].
+    fn brute_work(&self) -> u64 {
+        0
+    }
 }
 
 /// Why a device gave no answer.

@@ -64,6 +64,8 @@ pub struct Counts {
     pub false_hits: u64,
     /// Not the reference's bits, on a device whose arithmetic gives them.
     pub bits: u64,
+    /// Found otherwise through the tree than without it, by the same triangle test.
+    pub tree: u64,
     /// The shadow ray says otherwise than the closest hit.
     pub any_hit: u64,
     /// The walk gave up on a malformed tree. The device was asked nothing more.
@@ -73,11 +75,15 @@ pub struct Counts {
     pub seconds: f64,
     /// Spent in the device for any hits.
     pub any_seconds: f64,
+    /// Rays that the device traced without the tree, too, how many it answered otherwise then, and the time that took.
+    pub brute_rays: u64,
+    pub brute_unlike: u64,
+    pub brute_seconds: f64,
 }
 
 impl Counts {
     pub fn mismatches(&self) -> u64 {
-        self.missed + self.farther + self.false_hits + self.bits + self.any_hit + self.malformed
+        self.missed + self.farther + self.false_hits + self.bits + self.tree + self.any_hit + self.malformed
     }
 
     pub fn add(&mut self, class: Class) {
@@ -90,6 +96,7 @@ impl Counts {
             Class::Farther => &mut self.farther,
             Class::False => &mut self.false_hits,
             Class::Bits => &mut self.bits,
+            Class::Tree => &mut self.tree,
             Class::AnyHit => &mut self.any_hit,
             Class::Malformed => &mut self.malformed,
         } += 1;
@@ -107,10 +114,14 @@ impl Counts {
             farther: self.farther + other.farther,
             false_hits: self.false_hits + other.false_hits,
             bits: self.bits + other.bits,
+            tree: self.tree + other.tree,
             any_hit: self.any_hit + other.any_hit,
             malformed: self.malformed + other.malformed,
             seconds: self.seconds + other.seconds,
             any_seconds: self.any_seconds + other.any_seconds,
+            brute_rays: self.brute_rays + other.brute_rays,
+            brute_unlike: self.brute_unlike + other.brute_unlike,
+            brute_seconds: self.brute_seconds + other.brute_seconds,
         }
     }
 }
@@ -127,6 +138,7 @@ pub enum Class {
     Farther,
     False,
     Bits,
+    Tree,
     AnyHit,
     Malformed,
 }
@@ -147,6 +159,7 @@ impl Class {
             Class::Farther => "returned a hit behind the nearest one",
             Class::False => "returned a hit that is none",
             Class::Bits => "answered with other bits, which its arithmetic does not excuse",
+            Class::Tree => "found otherwise through the tree than without it",
             Class::AnyHit => "answered otherwise for any hit than for the closest hit",
             Class::Malformed => "could not walk the tree to its end",
         }

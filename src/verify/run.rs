@@ -68,6 +68,8 @@ struct Run<'a> {
 struct Answers {
     closest: Option<Vec<HitRecord>>,
     any: Option<Vec<HitRecord>>,
+    /// Rays, ascending, that the device answers otherwise without the tree.
+    unlike_brute: Vec<usize>,
 }
 
 impl Run<'_> {
@@ -84,7 +86,11 @@ impl Run<'_> {
         let closest = self.plan.asked == Asked::Both;
         let mut answers = Vec::new();
         for (i, device) in others.iter_mut().enumerate() {
-            answers.push(self.ask(i + 1, batch, device.as_mut(), &rays, closest)?);
+            let mut answer = self.ask(i + 1, batch, device.as_mut(), &rays, closest)?;
+            if let Some(records) = &answer.closest {
+                answer.unlike_brute = self.unlike_brute(i + 1, batch, device.as_mut(), &rays, records)?;
+            }
+            answers.push(answer);
         }
 
         // Choose what the oracle judges: its sample, and where a device differs, as far as it has time.
@@ -100,6 +106,7 @@ impl Run<'_> {
             let before = asked.len();
             asked.extend(closest.take(room));
             asked.extend(any.take(room));
+            asked.extend(answer.unlike_brute.iter().take(room));
             self.judged[i] += (asked.len() - before) as u64;
         }
         asked.sort_unstable();
@@ -170,20 +177,60 @@ impl Run<'_> {
         Ok(answers)
     }
 
+    /// Let a device trace a sample without the tree, and return the rays whose answers are others.
+    fn unlike_brute(
+        &mut self,
+        number: usize,
+        batch: &Batch,
+        device: &mut dyn Device,
+        rays: &[Ray],
+        records: &[HitRecord],
+    ) -> Result<Vec<usize>, VerifyError> {
+        let view = &self.subject.view;
+        let tests: u64 = match view.tlas_nodes {
+            [] => view.triangles.len() as u64,
+            _ => {
+                view.instances.iter().filter_map(|i| view.blas(i.blas as usize)).map(|b| b.triangles.len() as u64).sum()
+            }
+        };
+        let rays_of_set = self.plan.rays_of(batch.set);
+        let allowed = device.brute_work() / tests.max(1) / self.plan.sets.len() as u64;
+        let sample = batch.sample(allowed.min(rays_of_set), rays_of_set);
+        let picked: Vec<Ray> = sample.iter().map(|&k| rays[k]).collect();
+        if picked.is_empty() {
+            return Ok(Vec::new());
+        }
+        let start = Instant::now();
+        let Some(brute) = device.brute_force(&picked)? else { return Ok(Vec::new()) };
+        let counts = &mut self.outcome.devices[number].sets[batch.set].1;
+        counts.brute_rays += picked.len() as u64;
+        counts.brute_seconds += start.elapsed().as_secs_f64();
+
+        // Which of a triangle's slots is named does not matter.
+        let unlike =
+            |a: &HitRecord, b: &HitRecord| a.is_hit() != b.is_hit() || *a != HitRecord { triangle: a.triangle, ..*b };
+        let unlike: Vec<usize> =
+            sample.iter().zip(&brute).filter(|(k, b)| unlike(&records[**k], b)).map(|(k, _)| *k).collect();
+        counts.brute_unlike += unlike.len() as u64;
+        Ok(unlike)
+    }
+
     fn judge_closest(&mut self, number: usize, question: &Question<'_>, answers: &Answers) {
         let Some(records) = &answers.closest else { return };
         let exact = self.outcome.devices[number].deviation.is_none();
         let mut sample = question.sample.iter().copied().peekable();
         for (k, (record, right)) in records.iter().zip(question.truth).enumerate() {
             let sampled = sample.next_if_eq(&k).is_some();
+            let lost = answers.unlike_brute.binary_search(&k).is_ok();
             let differs = record != right;
-            if !sampled && !differs {
+            if !sampled && !differs && !lost {
                 continue;
             }
             let verdict = question.word(k).map(|answer| self.judge(answer, record));
             let class = match verdict.and_then(class_of) {
                 Some(wrong) if wrong.is_mismatch() => wrong,
                 _ if differs && exact => Class::Bits,
+                _ if lost => Class::Tree,
                 Some(right) => right,
                 None if !differs => continue,
                 None if verdict.is_some() => Class::Rounding,

@@ -10,7 +10,8 @@ mod way;
 use super::outcome::Class;
 use super::subject::Subject;
 use crate::cache::TriangleRecord;
-use crate::geom::{Affine, Ray};
+use crate::geom::clip::Polygon;
+use crate::geom::{Aabb, Affine, Ray};
 use crate::trace::Hit;
 use crate::trace::brute::{Answer, Source};
 use crate::tree::Node;
@@ -74,7 +75,7 @@ pub(super) fn blame(
     };
     match class {
         Class::False => wrong().or_else(lost),
-        Class::Missed | Class::Farther | Class::AnyHit | Class::Bits => lost().or_else(wrong),
+        Class::Missed | Class::Farther | Class::Tree | Class::AnyHit | Class::Bits => lost().or_else(wrong),
         _ => None,
     }
 }
@@ -180,9 +181,10 @@ fn lost_in_tree(subject: &Subject<'_>, source: Source, tree: u32, point: [f64; 3
     let sound =
         first_narrow(blas.nodes, &way[step..]).is_none() && holds_whole_triangles(&blas.nodes[leaf], blas.triangles);
     if cut && sound {
-        let other = leaves_at(blas.nodes, &point, rounding)
-            .into_iter()
-            .find(|other| other.last().is_some_and(|&leaf| slot_in(&blas.nodes[leaf]).is_none()));
+        let lacking = |other: &Way| other.last().is_some_and(|&leaf| slot_in(&blas.nodes[leaf]).is_none());
+        let others = leaves_at(blas.nodes, &point, rounding).into_iter().filter(lacking);
+        let slack = |other: &Way| other.last().map_or(0.0, |&leaf| slack_of(&blas.nodes[leaf], blas.triangles));
+        let other = others.max_by(|a, b| slack(a).total_cmp(&slack(b)));
         if let Some(other) = other {
             let why = format!(
                 "its box holds a hit of {triangle}, which it does not name, and the leaves that do end before the hit: a reference is missing"
@@ -224,9 +226,22 @@ fn names(leaf: &Node, item: usize) -> bool {
     (first..first + leaf.count as usize).contains(&item)
 }
 
+/// How much of a leaf's box its triangles leave empty, as a share of the surface: a builder makes boxes that fit, so a box that does
+/// not has lost something.
+fn slack_of(leaf: &Node, triangles: &[TriangleRecord]) -> f32 {
+    let bounds = leaf.bounds();
+    let parts = triangles_of(leaf, triangles).map(|t| Polygon::inside(&t.corners(), &bounds).bounds(&bounds));
+    let filled = parts.fold(Aabb::EMPTY, Aabb::union);
+    let (all, filled) = (bounds.half_area(), if filled.is_empty() { 0.0 } else { filled.half_area() });
+    if all > 0.0 { 1.0 - filled / all } else { 0.0 }
+}
+
+fn triangles_of<'a>(leaf: &Node, triangles: &'a [TriangleRecord]) -> impl Iterator<Item = &'a TriangleRecord> {
+    triangles.iter().skip(leaf.first as usize).take(leaf.count as usize)
+}
+
 /// Whether a leaf's box holds every triangle of it that stands in no other leaf.
 fn holds_whole_triangles(leaf: &Node, triangles: &[TriangleRecord]) -> bool {
-    let slots = triangles.iter().skip(leaf.first as usize).take(leaf.count as usize);
-    let mut whole = slots.filter(|t| t.flags & TriangleRecord::DUPLICATED == 0);
-    whole.all(|t| leaf.bounds().contains(&crate::geom::Aabb::from_points(&t.corners())))
+    let mut whole = triangles_of(leaf, triangles).filter(|t| t.flags & TriangleRecord::DUPLICATED == 0);
+    whole.all(|t| leaf.bounds().contains(&Aabb::from_points(&t.corners())))
 }

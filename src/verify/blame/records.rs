@@ -1,10 +1,11 @@
 //! The records of instances and triangles beside what the scene says of them.
 
 use super::Blame;
-use crate::cache::{NO_NODE, TriangleRecord};
+use crate::cache::TriangleRecord;
 use crate::geom::{Affine, Point};
 use crate::trace::Hit;
 use crate::trace::brute::Source;
+use crate::trace::compare::names;
 use crate::verify::subject::Subject;
 
 /// What is wrong with the record of instance `id`, if anything is.
@@ -48,19 +49,9 @@ pub fn corners(subject: &Subject<'_>, source: Source) -> [Point; 3] {
 
 /// Whether a record bears the numbers of a source triangle.
 pub fn is_of(subject: &Subject<'_>, source: Source, record: &TriangleRecord) -> bool {
-    let scene = subject.scene();
-    let place = &scene.instances[source.instance as usize];
-    let mesh = &scene.meshes[place.mesh as usize];
-    if record.prim != mesh.source_prim(source.triangle as usize) {
-        return false;
-    }
-    let part = mesh.parts.partition_point(|p| p.first_triangle + p.triangle_count <= source.triangle);
-    let (Some(part), Some(geom)) = (mesh.parts.get(part), subject.view.geoms.get(record.geom as usize)) else {
-        return false;
-    };
-    let node = part.baked_node.unwrap_or(place.node);
-    (geom.source_mesh, geom.source_part) == (part.source_mesh, part.source_part)
-        && (geom.baked_node == NO_NODE || geom.baked_node == node)
+    let (prim, geom) = (record.prim, record.geom);
+    let hit = Hit { t: 0.0, u: 0.0, v: 0.0, prim, geom, instance: None, triangle: 0 };
+    names(&subject.view, &subject.oracle, &hit, source)
 }
 
 /// Whether other instances of the same mesh come from the same node, so that in one tree numbers do not tell their triangles apart.

@@ -1,6 +1,6 @@
 use super::context::Context;
 use super::driver::{Arg, Buffer, Kernel, Program, Status};
-use super::list::failed;
+use super::list::{DeviceKind, failed};
 use super::scene::Scene;
 use super::status::malformed;
 use crate::cache::View;
@@ -104,6 +104,18 @@ impl Device for OpenCl<'_> {
 
     fn deviation(&self) -> Option<String> {
         self.context.deviation.clone()
+    }
+
+    fn brute_force(&mut self, rays: &[Ray]) -> Result<Option<Vec<HitRecord>>, DeviceError> {
+        OpenCl::brute_force(self, rays).map(Some)
+    }
+
+    /// A second or so: a processor does some 10⁸ tests a second, a GPU a thousand times as many.
+    fn brute_work(&self) -> u64 {
+        match self.context.info.kind {
+            DeviceKind::Gpu | DeviceKind::Accelerator => 100_000_000_000,
+            DeviceKind::Cpu | DeviceKind::Other => 100_000_000,
+        }
     }
 
     fn trace(&mut self, rays: &[Ray], query: Query) -> Result<Vec<HitRecord>, DeviceError> {

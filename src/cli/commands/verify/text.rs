@@ -36,8 +36,13 @@ pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
     }
     text.push_str(&table.render());
     for device in outcome.devices.iter().skip(1) {
-        text.push_str(&format!("{}: {}\n", device.name, names::escape(&device.description)));
+        let (name, total) = (&device.name, device.total());
+        text.push_str(&format!("{name}: {}\n", names::escape(&device.description)));
         text.push_str(&deviation(device));
+        if total.brute_rays > 0 {
+            let (rays, other) = (counted(total.brute_rays, "ray", "rays"), figures::count(total.brute_unlike));
+            text.push_str(&format!("{name}: {rays} traced without the tree, too: {other} answered otherwise then\n"));
+        }
     }
     text.push_str(&oracle(&outcome.oracle, plan));
     for device in &outcome.devices {
