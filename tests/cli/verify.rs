@@ -243,7 +243,7 @@ fn opencl_devices_are_listed_and_traced_on() {
     }
     assert!(place.ok("verify --list-devices").out.contains("opencl:0  "));
     let said = place.ok("verify roof.bvhc --source roof.obj --rays 20k --device all --require-device");
-    assert_eq!(said.out.matches("20,000 rays").count(), 1 + devices.len(), "{}", said.out);
+    assert_eq!(said.out.matches("20,000 rays  ").count(), 1 + devices.len(), "{}", said.out);
     assert!(place.ok("verify roof.bvhc --rays 1k").out.contains("opencl:"));
     let none = place.run("verify roof.bvhc --rays 1k --device opencl:99");
     assert_eq!(none.code, 5, "{}", none.err);
