@@ -158,11 +158,21 @@ fn lost_in_tree(subject: &Subject<'_>, source: Source, tree: u32, point: [f64; 3
         return blame;
     }
 
-    // The boxes above it, on the way that comes nearest to it.
+    // The boxes above it: on a way that holds the hit all through, else on one with a box that does not fit, else on the one that comes
+    // nearest to the hit.
     let slot_in = |leaf: &Node| slots.iter().copied().find(|&s| names(leaf, s));
     let ways = ways_to(blas.nodes, |leaf| slot_in(leaf).is_some());
+    let fits = |way: &Way, step: usize| {
+        let leaf = way.last().map(|&leaf| &blas.nodes[leaf]);
+        first_narrow(blas.nodes, &way[step..]).is_none()
+            && leaf.is_some_and(|leaf| holds_whole_triangles(leaf, blas.triangles))
+    };
     let steps = ways.iter().map(|way| (way, first_without(blas.nodes, way, &point, rounding)));
-    let Some((way, step)) = steps.max_by_key(|(_, step)| step.unwrap_or(usize::MAX)) else {
+    let suspicion = |&(way, step): &(&Way, Option<usize>)| match step {
+        None => (2, 0),
+        Some(step) => (usize::from(!fits(way, step)), step),
+    };
+    let Some((way, step)) = steps.max_by_key(suspicion) else {
         let why = format!("no leaf names this record of triangle {prim}, which the ray meets");
         return Blame::new("TRIS", slot_number(some_slot), why).in_tree(tree);
     };
@@ -178,9 +188,7 @@ fn lost_in_tree(subject: &Subject<'_>, source: Source, tree: u32, point: [f64; 3
 
     // A triangle that is cut into several leaves may lack one of them.
     let cut = blas.triangles[slot].flags & TriangleRecord::DUPLICATED != 0;
-    let sound =
-        first_narrow(blas.nodes, &way[step..]).is_none() && holds_whole_triangles(&blas.nodes[leaf], blas.triangles);
-    if cut && sound {
+    if cut && fits(way, step) {
         let lacking = |other: &Way| other.last().is_some_and(|&leaf| slot_in(&blas.nodes[leaf]).is_none());
         let others = leaves_at(blas.nodes, &point, rounding).into_iter().filter(lacking);
         let slack = |other: &Way| other.last().map_or(0.0, |&leaf| slack_of(&blas.nodes[leaf], blas.triangles));

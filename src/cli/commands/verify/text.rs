@@ -45,9 +45,14 @@ pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
         }
     }
     text.push_str(&oracle(&outcome.oracle, plan));
-    for device in &outcome.devices {
-        if let Some(mismatch) = &device.first_mismatch {
-            text.push_str(&told(mismatch, verified, device.total().mismatches()));
+    let first = outcome.devices.first().and_then(|d| d.first_mismatch.as_ref());
+    for (i, device) in outcome.devices.iter().enumerate() {
+        match (&device.first_mismatch, first) {
+            (Some(m), Some(first)) if i > 0 && same(m, first) => {
+                text.push_str(&format!("{} {} by the same ray in the same way\n", m.device, m.class.words()));
+            }
+            (Some(m), _) => text.push_str(&told(m, verified, device.total().mismatches())),
+            (None, _) => {}
         }
     }
     text
@@ -102,6 +107,10 @@ fn oracle(oracle: &OracleOutcome, plan: &Plan) -> String {
         counted(oracle.ties, "tie", "ties"),
         figures::count(oracle.grazing),
     )
+}
+
+fn same(a: &Mismatch, b: &Mismatch) -> bool {
+    (a.set, a.index, a.query, a.class, a.got) == (b.set, b.index, b.query, b.class, b.got)
 }
 
 /// A device's first mismatch, and how to see it again.
