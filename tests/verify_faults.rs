@@ -216,7 +216,6 @@ fn a_broken_octant_is_found() {
 #[test]
 fn a_broken_order_of_children_is_found() {
     found_in_traversal::<Order>("corrugated_roof.obj");
-    found_in_traversal::<Order>("forest.glb");
 }
 
 /// The same for the kernel: compiled with a mistake, it is found beside the CPU.
