@@ -106,13 +106,20 @@ impl Affine {
 /// The largest `f32` that is not above `v`; zero is always positive.
 pub(crate) fn round_down(v: f64) -> f32 {
     let f = v as f32;
-    (if f64::from(f) > v { f.next_down() } else { f }) + 0.0
+    (if f64::from(f) > v { f32::from_bits(f.to_bits().wrapping_sub(outward(f))) } else { f }) + 0.0
 }
 
 /// The smallest `f32` that is not below `v`; zero is always positive.
 pub(crate) fn round_up(v: f64) -> f32 {
     let f = v as f32;
-    (if f64::from(f) < v { f.next_up() } else { f }) + 0.0
+    (if f64::from(f) < v { f32::from_bits(f.to_bits().wrapping_add(outward(f))) } else { f }) + 0.0
+}
+
+/// What added to a number's bits gives the next one upward: 1, and −1 below zero, where bits grow downward. A zero has the sign of what was
+/// rounded to it, so this holds there too.
+#[inline(always)]
+fn outward(f: f32) -> u32 {
+    ((f.to_bits() as i32 >> 31) | 1) as u32
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@
 use super::arithmetic::{Crossing, TriangleTest, dominant, others};
 use super::lanes::{self, Lanes};
 use crate::cache::{InstanceRecord, TriangleRecord};
+use crate::geom::vector::{cross, dot, sub};
 
 /// A ray made ready for triangle tests. The axis of the direction's largest component is a constant of the test functions; this
 /// says which to call.
@@ -49,7 +50,7 @@ impl TriangleTest for EdgeRay {
         if self.surely_misses::<AXIS>(triangle) {
             return None;
         }
-        self.decide::<AXIS>([&triangle.v0, &triangle.v1, &triangle.v2])
+        self.decide::<AXIS>(triangle)
     }
 }
 
@@ -108,13 +109,15 @@ impl EdgeRay {
     /// sensible for planes that the ray nearly lies in. A distance of zero is always positive: which of two zeros a minimum is
     /// differs between processors.
     #[inline(never)]
-    fn decide<const AXIS: usize>(&self, corners: [&[f32; 3]; 3]) -> Option<Crossing> {
+    fn decide<const AXIS: usize>(&self, triangle: &TriangleRecord) -> Option<Crossing> {
         let (kx, ky) = others(AXIS);
         let (o, d) = (&self.origin, &self.direction);
-        let [a, b, c] = corners.map(|p| {
-            let [x, y, z] = [kx, ky, AXIS].map(|k| f64::from(p[k]) - o[k]);
+        let sheared = |p: &[f32; 3]| {
+            let relative = |k: usize| f64::from(p[k]) - o[k];
+            let (x, y, z) = (relative(kx), relative(ky), relative(AXIS));
             (x * d[AXIS] - z * d[kx], y * d[AXIS] - z * d[ky], z)
-        });
+        };
+        let (a, b, c) = (sheared(&triangle.v0), sheared(&triangle.v1), sheared(&triangle.v2));
         let edge = |p: (f64, f64, f64), q: (f64, f64, f64)| p.0 * q.1 - p.1 * q.0;
         let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
@@ -125,15 +128,30 @@ impl EdgeRay {
             return None;
         }
 
-        let [p, q, r] = corners.map(|p| p.map(f64::from));
-        let (e, f): ([f64; 3], [f64; 3]) = ([0, 1, 2].map(|k| q[k] - p[k]), [0, 1, 2].map(|k| r[k] - p[k]));
-        let n = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
-        let ahead = n[0] * (p[0] - o[0]) + n[1] * (p[1] - o[1]) + n[2] * (p[2] - o[2]);
-        let depths = [a.2, b.2, c.2].map(|z| z / d[AXIS]);
-        let (first, last) = (depths[0].min(depths[1]).min(depths[2]), depths[0].max(depths[1]).max(depths[2]));
-        let t = (ahead / (n[0] * d[0] + n[1] * d[1] + n[2] * d[2])).max(first).min(last);
-        Some(Crossing { t: t + 0.0, u: v / sum, v: w / sum })
+        // The plane's distance, between those of the nearest and the farthest corner. Of three quotients by one number the smallest is
+        // that of the smallest or the largest, so two are enough.
+        let wide = |p: &[f32; 3]| [f64::from(p[0]), f64::from(p[1]), f64::from(p[2])];
+        let (p, q, r) = (wide(&triangle.v0), wide(&triangle.v1), wide(&triangle.v2));
+        let (e, f) = (sub(q, p), sub(r, p));
+        let n = cross(e, f);
+        let ahead = dot(n, sub(p, *o));
+        let (low, high) = (smaller(smaller(a.2, b.2), c.2), larger(larger(a.2, b.2), c.2));
+        let (near, far) = if d[AXIS] < 0.0 { (high, low) } else { (low, high) };
+        let t = smaller(larger(ahead / dot(n, *d), near / d[AXIS]), far / d[AXIS]);
+        Some(Crossing { t: t + 0.0, u: v, v: w, sum })
     }
+}
+
+/// The second where the first is NaN.
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The second where the first is NaN.
+#[inline(always)]
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// 2⁻¹²⁰.

@@ -11,6 +11,7 @@
 //!
 //! For all but the tiniest coordinates these moves come to one unit in the last place of the origin.
 
+use super::intersect::larger;
 use super::lanes::{self, Lanes};
 use crate::geom::{Aabb, round_down, round_up};
 use crate::tree::Node;
@@ -83,32 +84,26 @@ impl<R: Rule> Slabs<R> {
         if !R::GUARDED {
             return Slabs::unguarded(origin, direction, t_min);
         }
-        let larger = |m: f32, v: f32| if v.abs() > m { v.abs() } else { m };
-        let plane = bounds.min.into_iter().chain(bounds.max).fold(0.0, larger);
-        let coordinate = origin.into_iter().fold(0.0f64, |m, v| if v.abs() > m { v.abs() } else { m });
+        let plane = bounds.min.into_iter().chain(bounds.max).fold(0.0, |m, v| larger(f64::from(v).abs(), m));
+        let coordinate = origin.into_iter().fold(0.0, |m, v| larger(v.abs(), m));
+        let arithmetic = TWO_TO_MINUS_48 * (plane + coordinate);
         let back = f64::from(-t_min.min(0.0)) * (32.0 * f64::from(f32::EPSILON / 2.0));
-        let arithmetic = TWO_TO_MINUS_48 * (f64::from(plane) + coordinate);
         let (mut near, mut far, mut inverses) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         let mut enters_high = [0.0; 4];
         for axis in 0..3 {
             let (o, d) = (origin[axis], direction[axis]);
-            let pad = arithmetic.max(d.abs() * TWO_TO_MINUS_146).max(TWO_TO_MINUS_100);
-            let (near_pad, far_pad) = (pad, pad.max(pad + d.abs() * back));
-            let flipped = d < 0.0;
-            (near[axis], far[axis]) = if flipped {
-                (round_down(o - near_pad), round_up(o + far_pad))
-            } else {
-                (round_up(o + near_pad), round_down(o - far_pad))
-            };
-            enters_high[axis] = f32::from_bits(if flipped { u32::MAX } else { 0 });
+            let pad = larger(larger(arithmetic, d.abs() * TWO_TO_MINUS_146), TWO_TO_MINUS_100);
+            let far_pad = larger(pad, pad + d.abs() * back);
+
+            // A ray that goes downward is one that goes upward in a mirror; adding zero makes all zeros positive.
+            let (flipped, sign, mirror) = if d < 0.0 { (u32::MAX, -1.0, -1.0) } else { (0, 1.0, 1.0) };
+            near[axis] = sign * round_up(mirror * o + pad) + 0.0;
+            far[axis] = sign * round_down(mirror * o - far_pad) + 0.0;
+            enters_high[axis] = f32::from_bits(flipped);
             let inverse = (1.0 / d) as f32;
-            inverses[axis] = if d == 0.0 {
-                f32::INFINITY
-            } else if inverse.is_normal() {
-                inverse
-            } else {
-                f32::NAN
-            };
+            let usable = inverse.abs() >= f32::MIN_POSITIVE && inverse.abs() < f32::INFINITY;
+            let inverse = if usable { inverse } else { f32::NAN };
+            inverses[axis] = if d == 0.0 { f32::INFINITY } else { inverse };
         }
         Slabs {
             origins: [0, 1, 2].map(|a| lanes::of([near[a], near[a], far[a], far[a]])),
@@ -171,6 +166,7 @@ impl<R: Rule> Slabs<R> {
     }
 }
 
+#[inline(always)]
 fn entering_and_leaving<R: Rule>(inverse: f32) -> Lanes {
     let leaving = -inverse * (1.0 + R::EXIT);
     lanes::of([inverse, inverse, leaving, leaving])
@@ -237,6 +233,41 @@ mod tests {
                 assert_eq!(hits & 1 << i != 0, hit_plain, "{slabs:?} {nodes:?} {limit}");
                 // Which zero a maximum of two zeros is depends on the order of the operands, and matters to no comparison.
                 assert!(!hit_plain || near[i] == near_plain, "{slabs:?} {nodes:?} {limit}");
+            }
+        }
+    }
+
+    /// Origins and reciprocals written down as the head of this file has them, case by case.
+    #[test]
+    fn the_set_up_has_the_bits_of_the_cases() {
+        let up = |v: f64| (if f64::from(v as f32) < v { (v as f32).next_up() } else { v as f32 }) + 0.0;
+        let down = |v: f64| (if f64::from(v as f32) > v { (v as f32).next_down() } else { v as f32 }) + 0.0;
+        let mut random = Random::new(5);
+        for _ in 0..100_000 {
+            let bounds = some_box(&mut random).bounds();
+            let [origin, direction] = [0; 2].map(|_| [0; 3].map(|_| f64::from(special(&mut random)) * 1.000000001));
+            let t_min = special(&mut random);
+            let slabs = Slabs::<Conservative>::new(origin, direction, &bounds, t_min);
+            let planes = bounds.min.iter().chain(&bounds.max).fold(0.0, |m: f32, v| m.max(v.abs()));
+            let coordinates = f64::from(planes) + origin.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            for axis in 0..3 {
+                let (o, d) = (origin[axis], direction[axis]);
+                let pad = (TWO_TO_MINUS_48 * coordinates).max(d.abs() * TWO_TO_MINUS_146).max(TWO_TO_MINUS_100);
+                let far_pad = pad + d.abs() * f64::from(-t_min.min(0.0)) * (16.0 * f64::from(f32::EPSILON));
+                let (near, far) =
+                    if d < 0.0 { (down(o - pad), up(o + far_pad)) } else { (up(o + pad), down(o - far_pad)) };
+                let inverse = if d == 0.0 { f32::INFINITY } else { (1.0 / d) as f32 };
+                let leaving = -inverse * (1.0 + WIDEN);
+                let same =
+                    |lanes: Lanes, want: [f32; 4]| lanes::array(lanes).map(f32::to_bits) == want.map(f32::to_bits);
+                assert!(
+                    same(slabs.origins[axis], [near, near, far, far]),
+                    "{origin:?} {direction:?} {bounds:?} {t_min}"
+                );
+                let usable = d == 0.0 || inverse.is_normal();
+                let inverses = lanes::array(slabs.inverses[axis]);
+                assert!(!usable || inverses == [inverse, inverse, leaving, leaving], "{direction:?}");
+                assert!(usable || inverses.iter().all(|i| i.is_nan()), "{direction:?}");
             }
         }
     }

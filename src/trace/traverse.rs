@@ -154,8 +154,8 @@ impl Bottom<'_> {
     fn hit(&self, c: Crossing, triangle: &TriangleRecord, slot: usize) -> Hit {
         Hit {
             t: c.t as f32,
-            u: c.u as f32,
-            v: c.v as f32,
+            u: (c.u / c.sum) as f32,
+            v: (c.v / c.sum) as f32,
             prim: triangle.prim,
             geom: triangle.geom,
             instance: self.instance,

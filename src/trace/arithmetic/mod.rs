@@ -169,8 +169,10 @@ pub(super) trait TriangleTest: Sized {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Crossing {
     pub t: f64,
+    /// Weights of the second and the third corner, times `sum`: only a hit that counts is worth dividing for.
     pub u: f64,
     pub v: f64,
+    pub sum: f64,
 }
 
 /// The axis of the largest component; among equals the first.

@@ -62,7 +62,7 @@ impl<B: Bound> TriangleTest for MollerTrumbore<B> {
         if v < 0.0 || u + v > 1.0 {
             return None;
         }
-        Some(Crossing { t: f64::from(dot(e2, q) * inverse), u: f64::from(u), v: f64::from(v) })
+        Some(Crossing { t: f64::from(dot(e2, q) * inverse), u: f64::from(u), v: f64::from(v), sum: 1.0 })
     }
 }
 

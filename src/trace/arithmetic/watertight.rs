@@ -54,6 +54,6 @@ impl TriangleTest for Watertight {
         }
         let depth = u * (sz * a[2]) + v * (sz * b[2]) + w * (sz * c[2]);
         let inverse = 1.0 / sum;
-        Some(Crossing { t: f64::from(depth * inverse), u: f64::from(v * inverse), v: f64::from(w * inverse) })
+        Some(Crossing { t: f64::from(depth * inverse), u: f64::from(v * inverse), v: f64::from(w * inverse), sum: 1.0 })
     }
 }
