@@ -14,7 +14,7 @@ pub fn chart(subject: &str, report: &Report) -> Chart {
     let fair = errors(format!("Fair rays, {}", count(report.fair_rays)), &|r| r.fair.per_million());
     let hard = errors(format!("Hard rays, {}", count(report.hard_rays)), &|r| r.hard.per_million());
     let axis = Axis::logarithmic("largest error of a distance, ulps");
-    let distance = panel("Distances of right hits".into(), axis, report, &|r| r.distance.max());
+    let distance = panel("Fair rays, distances of right hits".into(), axis, report, &|r| r.distance.max());
     let marked = BoxArithmetic::ALL.iter().map(|b| (marker(*b), format!("{} boxes", b.name())));
     Chart {
         title: format!("Speed against accuracy: {subject}"),

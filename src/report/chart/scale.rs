@@ -115,8 +115,14 @@ impl Fit {
         if self.floor > 0.0 {
             ticks.push(0.0);
         }
+        // Within a decade or so more of its numbers, over many decades not even each of them.
         let decades = self.high - self.low;
-        let steps: &[f64] = if decades < 2.3 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let steps: &[f64] = match decades {
+            d if d < 0.6 => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
+            d if d < 1.1 => &[1.0, 1.5, 2.0, 3.0, 4.0, 6.0],
+            d if d < 2.3 => &[1.0, 2.0, 5.0],
+            _ => &[1.0],
+        };
         let stride = (decades / 7.0).ceil().max(1.0) as i32;
         let (first, last) = (self.low.floor() as i32, self.high.ceil() as i32);
         for exponent in (first..=last).filter(|e| e.rem_euclid(stride) == 0) {
@@ -130,9 +136,15 @@ impl Fit {
 /// `0.2`, `50`, `20k`, `1M`, `1e-6`.
 pub fn short(value: f64) -> String {
     let magnitude = value.abs();
+    // Three digits, and none that say nothing.
     let digits = |v: f64| {
-        let text = format!("{v:.3}");
-        text.trim_end_matches('0').trim_end_matches('.').to_string()
+        let text = match v.abs() {
+            m if m >= 100.0 => format!("{v:.0}"),
+            m if m >= 10.0 => format!("{v:.1}"),
+            m if m >= 1.0 => format!("{v:.2}"),
+            _ => format!("{v:.3}"),
+        };
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
     };
     if magnitude == 0.0 {
         "0".into()

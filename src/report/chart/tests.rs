@@ -36,12 +36,14 @@ fn axes_have_round_numbers_and_a_place_for_zero() {
     assert_eq!(or_zero.ticks(), [0.0, 10.0, 100.0, 1e3, 1e4, 1e5]);
     assert!(or_zero.position(0.0) > 0.0 && or_zero.position(0.0) < or_zero.position(10.0));
     assert_eq!(Fit::new(Scale::Logarithmic, std::iter::empty()).ticks(), [1.0, 2.0, 5.0, 10.0]);
+    let narrow = Fit::new(Scale::Logarithmic, [0.41, 0.52].into_iter());
+    assert!(narrow.ticks().len() >= 3, "{:?}", narrow.ticks());
 }
 
 #[test]
 fn numbers_are_short() {
-    let texts = [0.0, 0.05, 2.5, 50.0, 5000.0, 20_000.0, 1.5e6, 1e-6].map(short);
-    assert_eq!(texts, ["0", "0.05", "2.5", "50", "5000", "20k", "1.5M", "1e-6"]);
+    let texts = [0.0, 0.05, 2.5, 50.0, 5000.0, 20_000.0, 108_642.0, 1.5e6, 1e-6].map(short);
+    assert_eq!(texts, ["0", "0.05", "2.5", "50", "5000", "20k", "109k", "1.5M", "1e-6"]);
 }
 
 #[test]

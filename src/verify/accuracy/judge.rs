@@ -84,6 +84,7 @@ pub struct Tally {
     pub fair: Errors,
     pub hard: Errors,
     pub distance: Distance,
+    pub hard_distance: Distance,
 }
 
 /// One tally for each arithmetic, filled a batch of rays at a time.
@@ -92,7 +93,8 @@ pub struct Tallies<'a> {
     oracle: &'a Oracle<'a>,
     /// Instance records by the instances' numbers.
     records: Vec<Option<&'a InstanceRecord>>,
-    tallies: Vec<(Tally, Vec<f32>)>,
+    /// With the distance errors of fair and of hard rays.
+    tallies: Vec<(Tally, [Vec<f32>; 2])>,
 }
 
 /// What an answer is.
@@ -123,8 +125,8 @@ impl<'a> Tallies<'a> {
                 Ok(self.classify(ray, answer, hit.as_ref()))
             };
             let classes = rays.par_iter().zip(answers).map(one).collect::<Result<Vec<Class>, Malformed>>()?;
-            let (tally, ulps) = &mut self.tallies[i];
-            let errors = if fair { &mut tally.fair } else { &mut tally.hard };
+            let (tally, [fair_ulps, hard_ulps]) = &mut self.tallies[i];
+            let (errors, ulps) = if fair { (&mut tally.fair, fair_ulps) } else { (&mut tally.hard, hard_ulps) };
             errors.rays += rays.len() as u64;
             for class in classes {
                 match class {
@@ -140,7 +142,11 @@ impl<'a> Tallies<'a> {
 
     /// In the order of [`Arithmetic::all`].
     pub fn finish(self) -> impl Iterator<Item = Tally> {
-        self.tallies.into_iter().map(|(tally, ulps)| Tally { distance: Distance::of(ulps), ..tally })
+        self.tallies.into_iter().map(|(tally, [fair, hard])| Tally {
+            distance: Distance::of(fair),
+            hard_distance: Distance::of(hard),
+            ..tally
+        })
     }
 
     /// Unlike [`compare::judge`](crate::trace::compare::judge), this takes any distance from a hit on an acceptable triangle: it is measured, not judged.

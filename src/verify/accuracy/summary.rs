@@ -16,6 +16,7 @@ impl Report {
                 row.fair = row.fair.and(&other.fair);
                 row.hard = row.hard.and(&other.hard);
                 row.distance = std::mem::take(&mut row.distance).and(&other.distance);
+                row.hard_distance = std::mem::take(&mut row.hard_distance).and(&other.hard_distance);
             }
         }
         for (i, row) in all.rows.iter_mut().enumerate() {
