@@ -5,6 +5,7 @@ mod common;
 #[path = "../common/faults.rs"]
 mod faults;
 
+mod accuracy;
 mod build;
 mod depfile;
 mod determinism;

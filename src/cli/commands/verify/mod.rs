@@ -1,8 +1,9 @@
 //! `bvhc verify`: rays traced through cache files on every asked device, and judged by brute force.
 //!
 //! `devices` chooses and opens the devices, `file` verifies one file, `text`, `document` and `junit` say what came of it, and `ray` traces
-//! a single ray again with a log.
+//! a single ray again with a log. `accuracy` is another question about the same files.
 
+mod accuracy;
 mod devices;
 mod document;
 mod file;
@@ -31,7 +32,7 @@ use std::time::Instant;
 /// it and the record that is to blame.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  bvhc verify rock.bvhc --source rock.glb\n  bvhc verify *.bvhc --device all --rays 10M --junit verify.xml\n  bvhc verify rock.bvhc --ray 0.5,0.2,-3,0,0,1\n  bvhc verify --list-devices"
+    after_help = "Examples:\n  bvhc verify rock.bvhc --source rock.glb\n  bvhc verify *.bvhc --device all --rays 10M --junit verify.xml\n  bvhc verify rock.bvhc --ray 0.5,0.2,-3,0,0,1\n  bvhc verify rock.bvhc --accuracy --svg rock.svg\n  bvhc verify --list-devices"
 )]
 pub struct VerifyArgs {
     /// Cache files
@@ -53,9 +54,9 @@ pub struct VerifyArgs {
     /// Fail with 5 where there is no usable OpenCL device
     #[arg(long)]
     require_device: bool,
-    /// Rays to trace, in equal shares from every set
-    #[arg(long, value_name = "N", default_value = "1M", value_parser = figures::parse_count)]
-    rays: u64,
+    /// Rays to trace, in equal shares from every set [default: 1M; with --accuracy at most 100k, fewer in large scenes]
+    #[arg(long, value_name = "N", value_parser = figures::parse_count)]
+    rays: Option<u64>,
     /// Equal seeds give equal rays
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -74,6 +75,14 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "RAY", allow_hyphen_values = true, value_parser = read_ray)]
     #[arg(conflicts_with_all = ["rays", "seed", "rays_from", "any_hit", "reference"])]
     ray: Option<Ray>,
+    /// Trace instead by a dozen arithmetics, from plain f32 to ours, and count for each what brute force finds wrong, how far
+    /// distances are off, and how fast it is on one thread of this machine
+    #[arg(long)]
+    #[arg(conflicts_with_all = ["devices", "list_devices", "require_device", "rays_from", "any_hit", "reference", "junit", "ray"])]
+    accuracy: bool,
+    /// Draw speed against accuracy, of several files together
+    #[arg(long, value_name = "FILE", requires = "accuracy")]
+    svg: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -107,6 +116,9 @@ fn parse_sets(text: &str) -> Result<Sets, String> {
 pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     if args.list_devices {
         return devices::list(context);
+    }
+    if args.accuracy {
+        return accuracy::run(args, context);
     }
     let bench = Bench::open(&args.devices, args.require_device, context)?;
     if let Some(ray) = &args.ray {
@@ -150,7 +162,7 @@ fn plan(args: &VerifyArgs) -> Plan {
     // Each set once, in the order of the registry, however they were asked for.
     let wanted = |set: &RaySet| args.rays_from.iter().any(|sets| sets.0.contains(set));
     Plan {
-        rays: args.rays,
+        rays: args.rays.unwrap_or(Plan::default().rays),
         seed: args.seed,
         sets: SETS.iter().map(|(_, set)| *set).filter(wanted).collect(),
         asked: if args.any_hit { Asked::AnyHit } else { Asked::Both },
