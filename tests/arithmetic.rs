@@ -26,7 +26,8 @@ fn report(scene: &Scene) -> Report {
     assert!(report.judged() >= 14_000 && report.rows.len() == 12, "{report:?}");
     let ours = report.ours();
     assert_eq!((ours.fair.wrong(), ours.hard.wrong()), (0, 0), "ours: {ours:?}");
-    assert!(ours.distance.hits() > 100 && ours.distance.max() <= 0.5, "ours: {:?}", ours.distance.max());
+    assert!(ours.distance.hits() + ours.hard_distance.hits() > 1000, "ours: {ours:?}");
+    assert!(ours.distance.max() <= 0.5, "ours: {:?}", ours.distance.max());
     assert!(report.rows.iter().all(|r| r.mrays_per_second > 0.0 && r.inner_nodes_per_ray > 0.0));
     report
 }
@@ -88,7 +89,7 @@ fn single_precision_fails_over_long_distances() {
     for triangles in [TriangleArithmetic::MollerTrumbore, TriangleArithmetic::Watertight] {
         let row = row(&report, triangles, BoxArithmetic::Conservative);
         assert!(row.hard.wrong() > 0, "{triangles:?}: {:?}", row.hard);
-        assert!(row.distance.max() > 2.0, "{triangles:?}: {}", row.distance.max());
+        assert!(row.hard_distance.max() > 2.0, "{triangles:?}: {}", row.hard_distance.max());
     }
 }
 
