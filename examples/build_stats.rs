@@ -117,6 +117,8 @@ fn set(options: &mut BuildOptions, assignment: &str) {
         "budget" => options.split_budget = number(),
         "prune" => options.prune = number(),
         "unsplit" => options.unsplit = value == "true",
+        "reinsert" => options.reinsert = number() as u32,
+        "collapse" => options.collapse = value == "true",
         _ => panic!("no option {name}"),
     }
 }

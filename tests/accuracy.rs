@@ -17,6 +17,11 @@ fn options(method: Method, levels: Levels) -> BuildOptions {
     BuildOptions { method, levels, ..BuildOptions::preset(Preset::Best) }
 }
 
+/// The same with all passes.
+fn improved(method: Method, levels: Levels) -> BuildOptions {
+    BuildOptions { reinsert: 6, collapse: true, ..options(method, levels) }
+}
+
 fn build(scene: &Scene, options: &BuildOptions) -> Image {
     let exec = Executor::new(0).expect("threads");
     Image::new(&compile(scene.clone(), options, &exec, &NoProgress).expect("a tree"))
@@ -33,6 +38,8 @@ fn builds(scene: &Scene) -> Vec<(String, Image)> {
                 out.push((format!("{name}, {label}"), build(scene, &options(method, levels))));
             }
         }
+        let levels = if flat { Levels::One } else { Levels::Two };
+        out.push((format!("{name}, passes"), build(scene, &improved(method, levels))));
     }
     out
 }

@@ -4,7 +4,7 @@
 //! Four roles never mix. The *driver* owns the recursion, node emission, the depth guarantee and leaf creation; a
 //! *strategy* (binned, spatial, sweep) answers one question, where to split this range; *cost* is the only place that knows
 //! the SAH; the *executor* is the only place that knows threads. A method name is a recipe in the *registry*, which
-//! also feeds `--help` and the build key.
+//! also feeds `--help` and the build key. *Passes* improve a finished tree, whichever method made it.
 
 mod binned;
 mod bonsai;
@@ -13,9 +13,9 @@ mod cost;
 mod error;
 mod exec;
 mod lanes;
+pub mod passes;
 mod prim_ref;
 mod progress;
-#[cfg_attr(not(test), allow(dead_code))] // The sweep and the agglomerative builder call it.
 mod radix;
 mod recipe;
 mod spatial;
@@ -31,7 +31,7 @@ pub use prim_ref::{PrimRef, PrimRefs};
 pub use progress::{NoProgress, Progress};
 pub use recipe::names::Named;
 pub use recipe::options::{Axes, BuildOptions, Clip, Levels, Method, Preset};
-pub use recipe::registry::{METHODS, MethodInfo, OptionName};
+pub use recipe::registry::{METHODS, MethodInfo, OptionName, PASSES};
 pub use spatial::{Spatial, budgeted_slots};
 pub use top_down::driver;
 pub use top_down::partition::bounds_of;
@@ -48,10 +48,10 @@ pub fn build_tree(
     progress: &dyn Progress,
 ) -> Result<Tree, BuildError> {
     let count = mesh.triangles.len();
-    match options.method {
+    let tree = match options.method {
         Method::Binned => {
             let refs = PrimRefs::of_mesh(mesh, 0, exec);
-            driver::build(refs, count, &Binned::new(options), options.max_leaf, exec, progress, count as u64)
+            driver::build(refs, count, &Binned::new(options), options.max_leaf, exec, progress, count as u64)?
         }
         Method::Sbvh => {
             let slots = budgeted_slots(count, options.split_budget);
@@ -59,9 +59,10 @@ pub fn build_tree(
             let slack = slots - count;
             let refs = PrimRefs::of_mesh(mesh, slack, exec);
             let strategy = Spatial::new(mesh, &refs.bounds, options);
-            driver::build(refs, count, &strategy, options.max_leaf, exec, progress, count as u64)
+            driver::build(refs, count, &strategy, options.max_leaf, exec, progress, count as u64)?
         }
-        Method::Bonsai => bonsai::build(PrimRefs::of_mesh(mesh, 0, exec), options, exec, progress, count as u64),
-        Method::Sweep => sweep::build(PrimRefs::of_mesh(mesh, 0, exec), options, exec, progress, count as u64),
-    }
+        Method::Bonsai => bonsai::build(PrimRefs::of_mesh(mesh, 0, exec), options, exec, progress, count as u64)?,
+        Method::Sweep => sweep::build(PrimRefs::of_mesh(mesh, 0, exec), options, exec, progress, count as u64)?,
+    };
+    passes::run(tree, options, exec, progress)
 }

@@ -78,6 +78,10 @@ pub struct BuildOptions {
     pub unsplit: bool,
     /// Mini trees are opened where a node's area is more than so many times that of the average mini tree.
     pub prune: f32,
+    /// Most rounds of reinsertion over the finished tree; 0 leaves it as the method built it. A pass, so it goes with every method.
+    pub reinsert: u32,
+    /// Make leaves of subtrees of the finished tree where the SAH says that it is cheaper. A pass.
+    pub collapse: bool,
     pub levels: Levels,
 }
 
@@ -96,6 +100,8 @@ impl BuildOptions {
             split_budget: 1.5,
             unsplit: true,
             prune: 0.1,
+            reinsert: 0,
+            collapse: false,
             levels: Levels::Auto,
         };
         match preset {
@@ -124,6 +130,7 @@ impl BuildOptions {
             ("bins", self.bins, 2..=256, "it must be between 2 and 256", "16"),
             ("spatial-bins", self.spatial_bins, 2..=256, "it must be between 2 and 256", "16"),
             ("max-leaf", self.max_leaf, 1..=255, "it must be between 1 and 255", "8"),
+            ("reinsert", self.reinsert, 0..=1000, "it must be between 0 and 1000", "12"),
         ];
         for (option, value, range, rule, good) in counts {
             if !range.contains(&value) {
@@ -168,6 +175,7 @@ mod tests {
             ("spatial-bins", BuildOptions { spatial_bins: 257, ..ok.clone() }),
             ("max-leaf", BuildOptions { max_leaf: 0, ..ok.clone() }),
             ("max-leaf", BuildOptions { max_leaf: 256, ..ok.clone() }),
+            ("reinsert", BuildOptions { reinsert: 1001, ..ok.clone() }),
             ("sah-trav", BuildOptions { traversal_cost: f32::NAN, ..ok.clone() }),
             ("sah-isect", BuildOptions { intersection_cost: 0.0, ..ok.clone() }),
             ("split-alpha", BuildOptions { split_alpha: -0.1, ..ok.clone() }),

@@ -31,6 +31,8 @@ pub enum OptionName {
     SplitBudget,
     Unsplit,
     Prune,
+    Reinsert,
+    Collapse,
     Levels,
 }
 
@@ -79,6 +81,9 @@ pub const METHODS: &[MethodInfo] = &[
     },
 ];
 
+/// The options of the passes, which every method's tree can be followed by.
+pub const PASSES: &[OptionName] = &[O::Reinsert, O::Collapse];
+
 impl OptionName {
     pub fn name(self) -> &'static str {
         match self {
@@ -93,6 +98,8 @@ impl OptionName {
             O::SplitBudget => "split-budget",
             O::Unsplit => "unsplit",
             O::Prune => "prune",
+            O::Reinsert => "reinsert",
+            O::Collapse => "collapse",
             O::Levels => "levels",
         }
     }
@@ -113,6 +120,8 @@ impl OptionName {
             O::SplitBudget => (options.split_budget + 0.0).to_string(),
             O::Unsplit => options.unsplit.to_string(),
             O::Prune => (options.prune + 0.0).to_string(),
+            O::Reinsert => options.reinsert.to_string(),
+            O::Collapse => options.collapse.to_string(),
             O::Levels => options.levels.to_string(),
         }
     }
@@ -127,9 +136,16 @@ impl Method {
 
 impl BuildOptions {
     /// The options that decide this build's output, as names and values in the order of the registry: what META shows
-    /// and the build key hashes, beside the method's name and revision.
+    /// and the build key hashes, beside the method's name and revision. A pass that is not done is not named: a recipe without
+    /// it stays what it was before there was such a pass.
     pub fn effective(&self) -> Vec<(String, String)> {
-        self.method.info().options.iter().map(|o| (o.name().to_string(), o.value(self))).collect()
+        let of_method = self.method.info().options.iter();
+        let passes = PASSES.iter().filter(|pass| match pass {
+            O::Reinsert => self.reinsert > 0,
+            O::Collapse => self.collapse,
+            _ => true,
+        });
+        of_method.chain(passes).map(|o| (o.name().to_string(), o.value(self))).collect()
     }
 }
 
@@ -152,6 +168,17 @@ mod tests {
         let sbvh = BuildOptions { method: Method::Sbvh, ..base.clone() };
         assert_ne!(sbvh.effective(), BuildOptions { method: Method::Sbvh, ..other }.effective());
         assert!(base.effective().contains(&("sah-trav".into(), "1.2".into())));
+    }
+
+    #[test]
+    fn passes_are_part_of_every_recipe_that_does_them() {
+        for row in METHODS {
+            let without = BuildOptions { method: row.method, reinsert: 0, collapse: false, ..BuildOptions::default() };
+            assert!(without.effective().iter().all(|(name, _)| name != "reinsert" && name != "collapse"));
+            let with = BuildOptions { reinsert: 7, collapse: true, ..without };
+            let named = |name: &str, value: &str| with.effective().contains(&(name.into(), value.into()));
+            assert!(named("reinsert", "7") && named("collapse", "true"));
+        }
     }
 
     #[test]

@@ -38,6 +38,14 @@ impl Piece {
         Node::leaf(bounds, first as u32, (kept - first) as u32)
     }
 
+    /// Append what is below another piece's root; returns that root as this piece's.
+    pub fn append(&mut self, root: Node, piece: &Piece) -> Node {
+        let base = Base { nodes: self.nodes.len() as u32, refs: self.refs.len() as u32 };
+        self.nodes.extend(piece.nodes.iter().map(|node| base.shift(*node)));
+        self.refs.extend_from_slice(&piece.refs);
+        base.shift(root)
+    }
+
     /// Room for two siblings; their subtrees follow.
     pub fn reserve_pair(&mut self) -> u32 {
         let pair = self.nodes.len();

@@ -50,6 +50,12 @@ pub struct TreeArgs {
     /// Open mini trees where a node's area is more than so many times that of the average mini tree
     #[arg(long, value_name = "RATIO", value_parser = prune_ratio)]
     pub prune: Option<f32>,
+    /// After the build, move subtrees to where they cost least, in at most so many rounds; 0 leaves the tree as it is
+    #[arg(long, value_name = "ROUNDS", value_parser = clap::value_parser!(u32).range(0..=1000))]
+    pub reinsert: Option<u32>,
+    /// After the build, make leaves of subtrees where the SAH says that it is cheaper
+    #[arg(long)]
+    pub collapse: bool,
     /// One tree over everything, or one per mesh and one over the instances
     #[arg(long, value_parser = choice::<Levels>(), value_name = "HOW", conflicts_with = "flatten")]
     pub levels: Option<Levels>,
@@ -76,6 +82,8 @@ impl TreeArgs {
             split_budget: self.split_budget.unwrap_or(base.split_budget),
             unsplit: base.unsplit && !self.no_unsplit,
             prune: self.prune.unwrap_or(base.prune),
+            reinsert: self.reinsert.unwrap_or(base.reinsert),
+            collapse: base.collapse || self.collapse,
             levels,
         }
     }
@@ -133,6 +141,7 @@ pub fn as_flags(options: &BuildOptions) -> String {
     let flag = |(name, value): (String, String)| match (name.as_str(), value.as_str()) {
         ("unsplit", "true") => String::new(),
         ("unsplit", _) => " --no-unsplit".to_string(),
+        ("collapse", _) => " --collapse".to_string(),
         _ => format!(" --{name} {value}"),
     };
     format!("--method {}", options.method) + &options.effective().into_iter().map(flag).collect::<String>()
@@ -231,6 +240,8 @@ mod tests {
             "--sah-trav nan",
             "--split-alpha 2",
             "--split-budget 0.5",
+            "--reinsert -1",
+            "--reinsert 1001",
         ] {
             assert!(Bare::try_parse_from(std::iter::once("x").chain(bad.split(' '))).is_err(), "{bad}");
         }

@@ -1,0 +1,54 @@
+//! Passes: what is done to a finished tree, whichever method made it.
+//!
+//! A pass turns a [`Tree`] into a better one over the same references. It sees boxes and leaves, not triangles, so it works
+//! on trees with split references as on others: a leaf's box, clipped or not, moves as it is, and every box above is the
+//! union of two. Passes work on a `WorkTree`, whose nodes can be moved, and end with the emission of canonical order, which
+//! also makes leaves of subtrees where that is cheaper.
+
+mod emit;
+mod reinsert;
+mod search;
+#[cfg(test)]
+mod tests;
+mod work_tree;
+
+use self::emit::{Collapse, emit};
+use self::work_tree::WorkTree;
+use super::cost::Sah;
+use super::error::BuildError;
+use super::exec::Executor;
+use super::progress::Progress;
+use super::recipe::options::BuildOptions;
+use crate::tree::Tree;
+
+/// Do the passes that the options ask for.
+///
+/// The result depends on `tree` and `options` alone, not on the executor. Its SAH, with the options' costs, is not above the tree's, and
+/// its depth is within [`MAX_DEPTH`](crate::tree::MAX_DEPTH) as the tree's must be. References stay in their leaves, but for
+/// leaves that are joined, which hold each triangle once.
+pub fn run(tree: Tree, options: &BuildOptions, exec: &Executor, progress: &dyn Progress) -> Result<Tree, BuildError> {
+    if options.reinsert == 0 && !options.collapse {
+        return Ok(tree);
+    }
+    let Some(mut work) = WorkTree::new(&tree, exec) else { return Ok(tree) };
+    let before = work.inner_area;
+    exec.run(|| reinsert::reinsert(&mut work, options.reinsert, exec, progress))?;
+
+    // Moves of one round can spoil each other's gain. If so little is left of it that rounding could be all, stay.
+    let is_better = work.inner_area < before * (1.0 - 1e-6);
+    if !is_better && !options.collapse {
+        return Ok(tree);
+    }
+    if !is_better && options.reinsert > 0 {
+        work = match WorkTree::new(&tree, exec) {
+            Some(work) => work,
+            None => return Ok(tree),
+        };
+    }
+    if progress.is_cancelled() {
+        return Err(BuildError::Cancelled);
+    }
+    let sah = Sah { traversal: options.traversal_cost, intersection: options.intersection_cost };
+    let collapse = options.collapse.then_some(Collapse { sah, max_leaf: options.max_leaf as usize });
+    Ok(emit(&work, &tree.refs, collapse, exec))
+}
