@@ -1,15 +1,12 @@
 //! Passes over finished trees: nothing is lost, boxes stay unions, order stays canonical, depth and time stay bounded, the SAH
 //! does not rise, and threads change nothing.
 
-mod common;
-
-use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset, build_tree, compile};
+use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset, build_tree};
 use bvhc::geom::Aabb;
 use bvhc::scene::{Mesh, ReadOptions, read};
 use bvhc::tree::quality::sah;
 use bvhc::tree::{MAX_DEPTH, Node, Tree};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 type Corners = [[f32; 3]; 3];
@@ -163,22 +160,11 @@ fn samples() {
         if !path.extension().is_some_and(|e| e == "obj" || e == "gltf" || e == "glb") {
             continue;
         }
-        assert_good(&path.display().to_string(), &one_mesh(&path));
+        let scene = read(&path, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        scene.meshes.iter().for_each(|mesh| assert_good(&path.display().to_string(), mesh));
         seen += 1;
     }
     assert!(seen >= 5, "{seen} samples");
-}
-
-/// A scene as one mesh in world space.
-fn one_mesh(path: &Path) -> Mesh {
-    let scene = read(path, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
-    let options = BuildOptions { levels: Levels::One, ..BuildOptions::preset(Preset::Draft) };
-    compile(scene, &options, &Executor::sequential(), &NoProgress)
-        .unwrap()
-        .meshes
-        .into_iter()
-        .next()
-        .unwrap_or_default()
 }
 
 #[test]
@@ -225,7 +211,7 @@ fn geometric_series_stay_shallow() {
 #[test]
 fn huge_tiny_and_flat_coordinates() {
     for extent in [1e38f32, 3e38, 1e-38, 1e-44, 1e18, 1e-20] {
-        let soup: Vec<Corners> = (Random(5).soup(1_500, 0.9, 0.3).into_iter())
+        let soup: Vec<Corners> = (Random(5).soup(1_500, 0.7, 0.25).into_iter())
             .map(|t| t.map(|p| p.map(|c| (2.0 * c - 1.0) * extent)))
             .collect();
         assert_good("extreme scale", &mesh_of(&soup));
