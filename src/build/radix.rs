@@ -15,6 +15,7 @@ pub(super) trait RadixKey: Copy + Ord + Send + Sync {
 }
 
 /// A 64-bit key and what it belongs to. Equal keys are in the order of their indices.
+#[cfg_attr(not(test), allow(dead_code))] // The agglomerative builder sorts these.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Keyed {
     pub key: u64,
