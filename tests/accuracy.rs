@@ -41,6 +41,11 @@ fn builds(scene: &Scene) -> Vec<(String, Image)> {
         let levels = if flat { Levels::One } else { Levels::Two };
         out.push((format!("{name}, passes"), build(scene, &improved(method, levels))));
     }
+    // Neighbours merged, over triangles cut before: what else makes duplicates or clusters.
+    if !instanced && scene.instanced_triangles() <= 300_000 {
+        let cut = BuildOptions { presplit: 0.3, ..options(Method::Agglomerative, Levels::One) };
+        out.push(("agglomerative over cut triangles".into(), build(scene, &cut)));
+    }
     out
 }
 

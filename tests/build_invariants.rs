@@ -96,6 +96,9 @@ fn recipes() -> Vec<BuildOptions> {
         // Every stem a leaf, and no mini tree opened.
         BuildOptions { method: Method::Bonsai, prune: 0.0, ..draft() },
         BuildOptions { method: Method::Bonsai, prune: 1e3, ..draft() },
+        BuildOptions { method: Method::Agglomerative, ..draft() },
+        BuildOptions { method: Method::Agglomerative, radius: 1, ..draft() },
+        BuildOptions { method: Method::Agglomerative, radius: 31, ..draft() },
     ]
 }
 
@@ -201,7 +204,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
     soup.extend(Random(13).soup(10_000, 1.0, 0.001));
     soup.extend_from_within(0..5_000);
     let mesh = mesh_of(&soup);
-    for method in [Method::Binned, Method::Sbvh, Method::Sweep, Method::Bonsai] {
+    for method in [Method::Binned, Method::Sbvh, Method::Sweep, Method::Bonsai, Method::Agglomerative] {
         let options = BuildOptions { method, ..draft() };
         let one = build(&mesh, &options, 1);
         for jobs in [2, 3, 7] {
@@ -243,7 +246,7 @@ proptest! {
         max_leaf in 1u32..=255,
         jobs in 1usize..=3,
         costs in (0.01f32..100.0, 0.01f32..100.0),
-        method in prop::sample::select(vec![Method::Binned, Method::Sweep, Method::Bonsai]),
+        method in prop::sample::select(vec![Method::Binned, Method::Sweep, Method::Bonsai, Method::Agglomerative]),
         prune in prop::sample::select(vec![0.0f32, 0.01, 0.5, 1e3]),
     ) {
         let mut soup = Random(seed).soup(count, extent, size);

@@ -6,6 +6,7 @@
 //! the SAH; the *executor* is the only place that knows threads. A method name is a recipe in the *registry*, which
 //! also feeds `--help` and the build key. *Passes* improve a finished tree, whichever method made it.
 
+mod agglomerative;
 mod binned;
 mod bonsai;
 mod compile;
@@ -14,6 +15,7 @@ mod error;
 mod exec;
 mod lanes;
 pub mod passes;
+mod presplit;
 mod prim_ref;
 mod progress;
 mod radix;
@@ -50,8 +52,13 @@ pub fn build_tree(
     let count = mesh.triangles.len();
     let tree = match options.method {
         Method::Binned => {
-            let refs = PrimRefs::of_mesh(mesh, 0, exec);
-            driver::build(refs, count, &Binned::new(options), options.max_leaf, exec, progress, count as u64)?
+            let refs = references(mesh, options, exec)?;
+            let live = refs.refs.len();
+            driver::build(refs, live, &Binned::new(options), options.max_leaf, exec, progress, count as u64)?
+        }
+        Method::Agglomerative => {
+            let refs = references(mesh, options, exec)?;
+            agglomerative::build(refs, options, exec, progress, count as u64)?
         }
         Method::Sbvh => {
             let slots = budgeted_slots(count, options.split_budget);
@@ -61,8 +68,14 @@ pub fn build_tree(
             let strategy = Spatial::new(mesh, &refs.bounds, options);
             driver::build(refs, count, &strategy, options.max_leaf, exec, progress, count as u64)?
         }
-        Method::Bonsai => bonsai::build(PrimRefs::of_mesh(mesh, 0, exec), options, exec, progress, count as u64)?,
-        Method::Sweep => sweep::build(PrimRefs::of_mesh(mesh, 0, exec), options, exec, progress, count as u64)?,
+        Method::Bonsai => bonsai::build(references(mesh, options, exec)?, options, exec, progress, count as u64)?,
+        Method::Sweep => sweep::build(references(mesh, options, exec)?, options, exec, progress, count as u64)?,
     };
     passes::run(tree, options, exec, progress)
+}
+
+/// The references of a mesh, large triangles cut before where the options say so.
+fn references(mesh: &Mesh, options: &BuildOptions, exec: &Executor) -> Result<PrimRefs, BuildError> {
+    driver::check_slots(presplit::budgeted(mesh.triangles.len(), options.presplit))?;
+    Ok(presplit::references(mesh, options.presplit, exec))
 }

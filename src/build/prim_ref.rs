@@ -1,5 +1,6 @@
 use super::exec::Executor;
 use super::lanes::{LaneBox, Lanes};
+use super::top_down::partition::bounds_of;
 use crate::geom::Aabb;
 use crate::scene::Mesh;
 
@@ -69,20 +70,27 @@ impl PrimRefs {
         PrimRefs::generate(boxes.len(), 0, exec, |i| PrimRef::new(&boxes[i], i as u32))
     }
 
+    /// References that stand already.
+    pub fn of_refs(refs: Vec<PrimRef>, exec: &Executor) -> PrimRefs {
+        let boxes = exec.map_chunks(&refs, CHUNK, |_, chunk| bounds_of(chunk));
+        let (bounds, centroids) = join(boxes);
+        PrimRefs { refs, bounds, centroids }
+    }
+
     fn generate(count: usize, slack: usize, exec: &Executor, make: impl Fn(usize) -> PrimRef + Sync) -> PrimRefs {
         let mut refs = vec![bytemuck::Zeroable::zeroed(); count + slack];
         let boxes = exec.map_chunks_mut(&mut refs[..count], CHUNK, |chunk_index, chunk| {
-            let (mut bounds, mut centroids) = (LaneBox::EMPTY, LaneBox::EMPTY);
             for (i, slot) in chunk.iter_mut().enumerate() {
                 *slot = make(chunk_index * CHUNK + i);
-                let lanes = slot.lanes();
-                bounds = bounds.union(lanes);
-                centroids = centroids.grow(lanes.min.plus(lanes.max));
             }
-            (bounds.aabb(), centroids.aabb())
+            bounds_of(chunk)
         });
-        let (bounds, centroids) =
-            boxes.iter().fold((Aabb::EMPTY, Aabb::EMPTY), |(b, c), x| (b.union(x.0), c.union(x.1)));
+        let (bounds, centroids) = join(boxes);
         PrimRefs { refs, bounds, centroids }
     }
+}
+
+/// The common box of boxes, and of centroid boxes.
+fn join(boxes: Vec<(Aabb, Aabb)>) -> (Aabb, Aabb) {
+    boxes.iter().fold((Aabb::EMPTY, Aabb::EMPTY), |(b, c), x| (b.union(x.0), c.union(x.1)))
 }

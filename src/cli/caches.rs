@@ -102,7 +102,9 @@ pub fn fits(model: &Path, scene: &Scene, options: &BuildOptions, context: &Conte
             figures::bytes(needed)
         ))
         .fact(format!("the limit is {}", figures::bytes(limit)))
-        .help("raise it with --max-memory, keep instances apart with --levels two, or lower --split-budget"))
+        .help(
+            "raise it with --max-memory, keep instances apart with --levels two, or lower --split-budget or --presplit",
+        ))
 }
 
 pub fn build_failure(error: &BuildError) -> Failure {

@@ -333,6 +333,11 @@ fn every_tree_option_is_accepted_and_reaches_the_file() {
     ] {
         assert!(options.contains(&format!(r#"{{"name":"{name}","value":"{value}"}}"#)), "{name} in {options}");
     }
+    place.ok("build a.obj -o a.bvhc --preset draft --method agglomerative --radius 5 --presplit 0.25");
+    let options = place.ok("info a.bvhc --field meta.options").out;
+    for (name, value) in [("radius", "5"), ("presplit", "0.25"), ("max-leaf", "8")] {
+        assert!(options.contains(&format!(r#"{{"name":"{name}","value":"{value}"}}"#)), "{name} in {options}");
+    }
     assert_eq!(place.run("build a.obj -o a.bvhc --flatten --levels two").code, 2);
     assert_eq!(place.run("build a.obj -o a.bvhc --method octree").code, 2);
 }

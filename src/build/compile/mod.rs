@@ -4,9 +4,11 @@ mod bake;
 pub mod tlas;
 
 use self::bake::bake;
+use crate::build::agglomerative;
 use crate::build::build_tree;
 use crate::build::error::BuildError;
 use crate::build::exec::Executor;
+use crate::build::presplit;
 use crate::build::prim_ref::PrimRef;
 use crate::build::progress::Progress;
 use crate::build::recipe::options::{BuildOptions, Levels, Method};
@@ -40,13 +42,17 @@ pub fn primitives_to_build(scene: &Scene, options: &BuildOptions) -> u64 {
 /// Bytes that [`compile`] sets aside before it builds, which nothing in the model's own size bounds: the copies that
 /// flattening makes, and the references with their duplicates. The nodes come on top, about as much again.
 pub fn bytes_to_reserve(scene: &Scene, options: &BuildOptions) -> u64 {
-    let triangles = primitives_to_build(scene, options);
+    let triangles = usize::try_from(primitives_to_build(scene, options)).unwrap_or(usize::MAX);
     let references = match options.method {
-        Method::Sbvh => budgeted_slots(usize::try_from(triangles).unwrap_or(usize::MAX), options.split_budget) as u64,
-        Method::Binned | Method::Sweep | Method::Bonsai => triangles,
+        Method::Sbvh => budgeted_slots(triangles, options.split_budget),
+        _ => presplit::budgeted(triangles, options.presplit),
     };
-    let of_orders = if options.method == Method::Sweep { triangles.saturating_mul(sweep::BYTES_PER_REF) } else { 0 };
-    let of_references = references.saturating_mul(size_of::<PrimRef>() as u64).saturating_add(of_orders);
+    let beside = match options.method {
+        Method::Sweep => sweep::BYTES_PER_REF,
+        Method::Agglomerative => agglomerative::BYTES_PER_REF,
+        Method::Binned | Method::Bonsai | Method::Sbvh => 0,
+    };
+    let of_references = (references as u64).saturating_mul(size_of::<PrimRef>() as u64 + beside);
     let copied = match plan(scene, options) {
         Plan::One if scene.instances.len() > 1 => {
             let shown = scene.instances.iter().filter_map(|i| scene.meshes.get(i.mesh as usize));

@@ -1,5 +1,6 @@
 //! Everything that a user can ask of a build and that changes its output, with the presets as their expansions.
 
+use crate::build::agglomerative::MAX_RADIUS;
 use crate::build::error::BuildError;
 
 /// How trees are built. A name in the registry; more follow.
@@ -7,6 +8,9 @@ use crate::build::error::BuildError;
 pub enum Method {
     /// Object splits only, binned SAH (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007).
     Binned,
+    /// Bottom-up clustering along a Morton curve (Meister and Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume
+    /// Hierarchy Construction", 2018).
+    Agglomerative,
     /// Object and spatial splits (Stich, Friedrich and Dietrich, "Spatial Splits in Bounding Volume Hierarchies",
     /// 2009).
     Sbvh,
@@ -62,6 +66,10 @@ pub struct BuildOptions {
     pub bins: u32,
     /// Spatial bins per axis, 2..=256.
     pub spatial_bins: u32,
+    /// Neighbours to either side among which a cluster looks for its best match, 1..=31.
+    pub radius: u32,
+    /// References that cutting large triangles before the build may add, as a share of the triangles: 0 cuts none.
+    pub presplit: f32,
     /// Most references in a leaf that the SAH may choose, 1..=255.
     pub max_leaf: u32,
     /// C_T: cost of an inner node.
@@ -92,6 +100,8 @@ impl BuildOptions {
             axes: Axes::All,
             bins: 128,
             spatial_bins: 32,
+            radius: 14,
+            presplit: 0.0,
             max_leaf: 8,
             traversal_cost: 1.2,
             intersection_cost: 1.0,
@@ -129,6 +139,7 @@ impl BuildOptions {
         let counts = [
             ("bins", self.bins, 2..=256, "it must be between 2 and 256", "16"),
             ("spatial-bins", self.spatial_bins, 2..=256, "it must be between 2 and 256", "16"),
+            ("radius", self.radius, 1..=MAX_RADIUS, "it must be between 1 and 31", "14"),
             ("max-leaf", self.max_leaf, 1..=255, "it must be between 1 and 255", "8"),
             ("reinsert", self.reinsert, 0..=1000, "it must be between 0 and 1000", "12"),
         ];
@@ -143,6 +154,7 @@ impl BuildOptions {
         let reals = [
             ("sah-trav", self.traversal_cost, 1e-3..=1e3, cost, "1.2"),
             ("sah-isect", self.intersection_cost, 1e-3..=1e3, cost, "1"),
+            ("presplit", self.presplit, 0.0..=63.0, "it must be between 0 and 63", "0.3"),
             ("split-alpha", self.split_alpha, 0.0..=1.0, "it must be between 0 and 1", "1e-4"),
             ("split-budget", self.split_budget, 1.0..=64.0, "it must be between 1 and 64", "1.5"),
             ("prune", self.prune, 0.0..=1e3, "it must be between 0 and 1000", "0.1"),
@@ -173,6 +185,10 @@ mod tests {
         let bad = [
             ("bins", BuildOptions { bins: 1, ..ok.clone() }),
             ("spatial-bins", BuildOptions { spatial_bins: 257, ..ok.clone() }),
+            ("radius", BuildOptions { radius: 0, ..ok.clone() }),
+            ("radius", BuildOptions { radius: 32, ..ok.clone() }),
+            ("presplit", BuildOptions { presplit: -0.1, ..ok.clone() }),
+            ("presplit", BuildOptions { presplit: f32::NAN, ..ok.clone() }),
             ("max-leaf", BuildOptions { max_leaf: 0, ..ok.clone() }),
             ("max-leaf", BuildOptions { max_leaf: 256, ..ok.clone() }),
             ("reinsert", BuildOptions { reinsert: 1001, ..ok.clone() }),

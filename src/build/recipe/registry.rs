@@ -23,6 +23,8 @@ pub enum OptionName {
     Axes,
     Bins,
     SpatialBins,
+    Radius,
+    Presplit,
     MaxLeaf,
     TraversalCost,
     IntersectionCost,
@@ -44,7 +46,7 @@ pub const METHODS: &[MethodInfo] = &[
         name: "binned",
         revision: 1,
         summary: "object splits only, chosen among equal bins on three axes; quickest",
-        options: &[O::Axes, O::Bins, O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Levels],
+        options: &[O::Axes, O::Bins, O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Presplit, O::Levels],
     },
     MethodInfo {
         method: Method::Sbvh,
@@ -70,14 +72,21 @@ pub const METHODS: &[MethodInfo] = &[
         name: "bonsai",
         revision: 1,
         summary: "object splits only: sweep trees of small groups under one over them; nearly as good as sweep, and quicker",
-        options: &[O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Prune, O::Levels],
+        options: &[O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Prune, O::Presplit, O::Levels],
     },
     MethodInfo {
         method: Method::Sweep,
         name: "sweep",
         revision: 1,
         summary: "object splits only, chosen among all planes on three axes; the measure of the others",
-        options: &[O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Levels],
+        options: &[O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Presplit, O::Levels],
+    },
+    MethodInfo {
+        method: Method::Agglomerative,
+        name: "agglomerative",
+        revision: 1,
+        summary: "from the triangles up: neighbours on a Morton curve merge with their best match",
+        options: &[O::Radius, O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Presplit, O::Levels],
     },
 ];
 
@@ -90,6 +99,8 @@ impl OptionName {
             O::Axes => "axes",
             O::Bins => "bins",
             O::SpatialBins => "spatial-bins",
+            O::Radius => "radius",
+            O::Presplit => "presplit",
             O::MaxLeaf => "max-leaf",
             O::TraversalCost => "sah-trav",
             O::IntersectionCost => "sah-isect",
@@ -112,6 +123,8 @@ impl OptionName {
             O::Axes => options.axes.to_string(),
             O::Bins => options.bins.to_string(),
             O::SpatialBins => options.spatial_bins.to_string(),
+            O::Radius => options.radius.to_string(),
+            O::Presplit => (options.presplit + 0.0).to_string(),
             O::MaxLeaf => options.max_leaf.to_string(),
             O::TraversalCost => (options.traversal_cost + 0.0).to_string(),
             O::IntersectionCost => (options.intersection_cost + 0.0).to_string(),
@@ -136,16 +149,16 @@ impl Method {
 
 impl BuildOptions {
     /// The options that decide this build's output, as names and values in the order of the registry: what META shows
-    /// and the build key hashes, beside the method's name and revision. A pass that is not done is not named: a recipe without
-    /// it stays what it was before there was such a pass.
+    /// and the build key hashes, beside the method's name and revision. What is not done, a pass or cutting, is not named: a recipe
+    /// without it stays what it was before there was such a thing.
     pub fn effective(&self) -> Vec<(String, String)> {
-        let of_method = self.method.info().options.iter();
-        let passes = PASSES.iter().filter(|pass| match pass {
+        let of_method = self.method.info().options.iter().chain(PASSES).filter(|option| match option {
+            O::Presplit => self.presplit > 0.0,
             O::Reinsert => self.reinsert > 0,
             O::Collapse => self.collapse,
             _ => true,
         });
-        of_method.chain(passes).map(|o| (o.name().to_string(), o.value(self))).collect()
+        of_method.map(|o| (o.name().to_string(), o.value(self))).collect()
     }
 }
 
@@ -174,10 +187,13 @@ mod tests {
     fn passes_are_part_of_every_recipe_that_does_them() {
         for row in METHODS {
             let without = BuildOptions { method: row.method, reinsert: 0, collapse: false, ..BuildOptions::default() };
-            assert!(without.effective().iter().all(|(name, _)| name != "reinsert" && name != "collapse"));
+            let is_pass = |name: &str| ["reinsert", "collapse", "presplit"].contains(&name);
+            assert!(without.effective().iter().all(|(name, _)| !is_pass(name)));
             let with = BuildOptions { reinsert: 7, collapse: true, ..without };
             let named = |name: &str, value: &str| with.effective().contains(&(name.into(), value.into()));
             assert!(named("reinsert", "7") && named("collapse", "true"));
+            let cut = BuildOptions { presplit: 0.25, ..with.clone() };
+            assert_eq!(cut.effective() != with.effective(), row.options.contains(&O::Presplit));
         }
     }
 

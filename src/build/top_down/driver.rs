@@ -69,11 +69,17 @@ pub(in crate::build) struct Limits {
     pub max_depth: u32,
 }
 
+impl Limits {
+    /// Height of a balanced subtree with full leaves: a leaf has 0.
+    pub fn levels(&self, live: usize) -> u32 {
+        live.div_ceil(self.max_leaf.max(1) as usize).next_power_of_two().trailing_zeros()
+    }
+}
+
 /// The recursion over one kind of range.
 pub(in crate::build) struct Driver<'a, S> {
     splitter: &'a S,
-    max_leaf: usize,
-    max_depth: u32,
+    limits: Limits,
     exec: &'a Executor,
     progress: &'a dyn Progress,
     /// Set once, never read back into the output: a cancelled build returns no tree.
@@ -82,9 +88,8 @@ pub(in crate::build) struct Driver<'a, S> {
 
 impl<'a, S> Driver<'a, S> {
     pub fn new(splitter: &'a S, limits: Limits, exec: &'a Executor, progress: &'a dyn Progress) -> Self {
-        let Limits { max_leaf, max_depth } = limits;
-        let max_leaf = max_leaf.clamp(1, 255) as usize;
-        Driver { splitter, max_leaf, max_depth, exec, progress, cancelled: AtomicBool::new(false) }
+        let limits = Limits { max_leaf: limits.max_leaf.clamp(1, 255), ..limits };
+        Driver { splitter, limits, exec, progress, cancelled: AtomicBool::new(false) }
     }
 
     /// The whole tree below a root with at least one reference, not yet assembled: the references can be freed before.
@@ -169,18 +174,13 @@ impl<'a, S> Driver<'a, S> {
         if task.live == 1 {
             return None;
         }
-        let may_ask = task.depth + 1 + self.levels(task.live) <= self.max_depth;
+        let may_ask = task.depth + 1 + self.limits.levels(task.live) <= self.limits.max_depth;
         if may_ask && let Decision::Split { left, right } = self.splitter.split(task, range, self.exec) {
             debug_assert!((1..=task.live).contains(&left.live) && (1..=task.live).contains(&right.live));
             debug_assert!(left.live <= left.slots && right.live <= right.slots);
             return Some((left, right));
         }
-        (task.live > self.max_leaf).then(|| range.halve(task))
-    }
-
-    /// Height of a balanced subtree with full leaves: a leaf has 0.
-    fn levels(&self, live: usize) -> u32 {
-        live.div_ceil(self.max_leaf).next_power_of_two().trailing_zeros()
+        (task.live > self.limits.max_leaf as usize).then(|| range.halve(task))
     }
 
     fn is_cancelled(&self) -> bool {

@@ -13,7 +13,7 @@ pub struct TreeArgs {
     #[arg(long, value_parser = choice::<Preset>(), value_name = "NAME", default_value = "best", long_help = preset_help())]
     pub preset: Preset,
     /// How trees are built: binned (object splits only), sbvh (object and spatial splits), sweep (object splits at every
-    /// plane) or bonsai (many small sweep trees under one)
+    /// plane), bonsai (many small sweep trees under one) or agglomerative (neighbours merge, from the triangles up)
     #[arg(long, visible_alias = "builder", value_parser = choice::<Method>(), value_name = "NAME")]
     pub method: Option<Method>,
     /// Axes on which object bins are tried
@@ -25,6 +25,12 @@ pub struct TreeArgs {
     /// Spatial bins per axis
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=256))]
     pub spatial_bins: Option<u32>,
+    /// Neighbours to either side among which agglomerative clusters look for their best match
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=31))]
+    pub radius: Option<u32>,
+    /// Cut large triangles before the build into as many more references as this share of the triangles; 0 cuts none
+    #[arg(long, value_name = "SHARE", value_parser = presplit_share)]
+    pub presplit: Option<f32>,
     /// Most triangles in a leaf
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255))]
     pub max_leaf: Option<u32>,
@@ -74,6 +80,8 @@ impl TreeArgs {
             axes: self.axes.unwrap_or(base.axes),
             bins: self.bins.unwrap_or(base.bins),
             spatial_bins: self.spatial_bins.unwrap_or(base.spatial_bins),
+            radius: self.radius.unwrap_or(base.radius),
+            presplit: self.presplit.unwrap_or(base.presplit),
             max_leaf: self.max_leaf.unwrap_or(base.max_leaf),
             traversal_cost: self.sah_trav.unwrap_or(base.traversal_cost),
             intersection_cost: self.sah_isect.unwrap_or(base.intersection_cost),
@@ -176,6 +184,10 @@ fn prune_ratio(text: &str) -> Result<f32, String> {
     number(text).and_then(|v| if (0.0..=1e3).contains(&v) { Ok(v) } else { Err(format!("{v} is not in 0..1000")) })
 }
 
+fn presplit_share(text: &str) -> Result<f32, String> {
+    number(text).and_then(|v| if (0.0..=63.0).contains(&v) { Ok(v) } else { Err(format!("{v} is not in 0..63")) })
+}
+
 fn factor(text: &str) -> Result<f32, String> {
     number(text).and_then(|v| if (1.0..=64.0).contains(&v) { Ok(v) } else { Err(format!("{v} is not in 1..64")) })
 }
@@ -242,6 +254,10 @@ mod tests {
             "--split-budget 0.5",
             "--reinsert -1",
             "--reinsert 1001",
+            "--radius 0",
+            "--radius 32",
+            "--presplit -1",
+            "--presplit 64",
         ] {
             assert!(Bare::try_parse_from(std::iter::once("x").chain(bad.split(' '))).is_err(), "{bad}");
         }
