@@ -177,6 +177,10 @@ fn progress_adds_up_and_cancelling_ends_the_build() {
         (Method::Binned, 2, Levels::Two),
         (Method::Sbvh, 2, Levels::One),
         (Method::Sbvh, 1, Levels::Two),
+        (Method::Sweep, 1, Levels::One),
+        (Method::Sweep, 2, Levels::Two),
+        (Method::Bonsai, 1, Levels::Two),
+        (Method::Bonsai, 2, Levels::One),
     ] {
         let exec = Executor::new(jobs).unwrap();
         let options = BuildOptions { method, ..options(levels) };

@@ -1,4 +1,7 @@
 //! The rough division: halving space at the middle of the centres' box until the groups are small.
+//!
+//! Nothing of it is left in the tree but the groups' borders. Those of a binned SAH suit scans better, by 2 % of the SAH, but take so long
+//! to find that nothing would be won over the plain sweep.
 
 use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRef;
@@ -7,7 +10,7 @@ use crate::build::top_down::strategy::NodeTask;
 use crate::geom::Aabb;
 
 /// References of a group at most.
-pub(super) const GROUP: usize = 1 << 10;
+const GROUP: usize = 1 << 11;
 /// After so many divisions of space, references are divided by their number: centres that crowd at one place would take one division
 /// for every halving of the distance.
 const HALVINGS: u32 = 40;
@@ -51,4 +54,40 @@ fn divide_below<'a>(refs: &'a mut [PrimRef], centroids: Aabb, depth: u32, exec: 
     );
     groups.extend(others);
     groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::prim_ref::PrimRefs;
+
+    fn point(p: [f32; 3]) -> Aabb {
+        Aabb { min: p, max: p }
+    }
+
+    #[test]
+    fn groups_are_small_tight_and_hold_everything_whatever_the_places() {
+        let spread = |i: usize| point([(i * 7919 % 10_007) as f32, (i * 104_729 % 1_009) as f32, 0.0]);
+        let series = |i: usize| point([0.5f32.powi(i as i32 % 149), 0.0, 0.0]);
+        let same = |_: usize| point([1.0, -2.0, 3.0]);
+        let extreme = |i: usize| point([if i.is_multiple_of(2) { f32::MAX } else { f32::MIN }, i as f32 * 1e-45, 0.0]);
+        let places: [&dyn Fn(usize) -> Aabb; 4] = [&spread, &series, &same, &extreme];
+        for place in places {
+            for count in [0, 1, GROUP, GROUP + 1, 20_000] {
+                let exec = Executor::new(2).unwrap();
+                let boxes: Vec<Aabb> = (0..count).map(place).collect();
+                let mut input = PrimRefs::of_boxes(&boxes, &exec);
+                let groups = divide(&mut input.refs, input.centroids, &exec);
+                let mut seen = vec![false; count];
+                for group in &groups {
+                    assert!((1..=GROUP).contains(&group.refs.len()));
+                    assert_eq!((group.bounds, group.centroids), bounds_of(group.refs));
+                    group.refs.iter().for_each(|r| assert!(!std::mem::replace(&mut seen[r.prim as usize], true)));
+                }
+                assert!(!seen.contains(&false));
+                // No crowd of crumbs, not even where halving space takes one place off at a time.
+                assert!(groups.len() <= 64 + count / 8, "{} groups of {count}", groups.len());
+            }
+        }
+    }
 }

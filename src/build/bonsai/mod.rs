@@ -85,10 +85,10 @@ fn mini_tree(
     let driver = Driver::new(&sweep, Limits { max_leaf: options.max_leaf, max_depth }, &exec, progress);
     let root = NodeTask { bounds, centroids, live: refs.len(), depth: 0 };
     let mut buffers = Buffers::sorted(refs, &exec);
-    match driver.grow_all(root, buffers.all(refs), share)? {
-        Grown::Whole { pair, root, piece } => Ok((pair, root, piece)),
-        Grown::Parts(_) => Err(BuildError::Cancelled),
-    }
+    let mut piece = Piece::for_refs(refs.len());
+    let pair = piece.reserve_pair();
+    let root = driver.grow(root, buffers.all(refs), &mut piece, share);
+    driver.finish((pair, root, piece))
 }
 
 /// The tree over the stems: one stem a leaf, and no leaf deeper than `max_depth`.

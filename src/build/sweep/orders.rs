@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Nodes of up to so many references get a copy of them that the second-level cache holds, instead of reaching into the whole
 /// scene's.
-const CLOSE: usize = 1 << 13;
+const CLOSE: usize = 1 << 12;
 /// From so many references on, a node is partitioned in chunks of [`CHUNK`]: constants, so that nothing depends on threads.
 const CHUNKED: usize = 1 << 16;
 const CHUNK: usize = 1 << 13;
@@ -89,12 +89,17 @@ impl Table<'_> {
     }
 
     /// Box of these references' doubled centres, given in the order of their centres on each axis.
+    #[inline]
     fn centroids(&self, by_axis: [&[u32]; 3]) -> Aabb {
-        let center2 = |axis: usize, id: Option<&u32>| {
-            id.map_or(0.0, |&id| self.refs[id as usize].min[axis] + self.refs[id as usize].max[axis])
-        };
-        let at = |end: fn(&[u32]) -> Option<&u32>| [0, 1, 2].map(|axis| center2(axis, end(by_axis[axis])));
-        Aabb { min: at(<[u32]>::first), max: at(<[u32]>::last) }
+        let mut centroids = Aabb::EMPTY;
+        for axis in 0..3 {
+            if let (Some(first), Some(last)) = (by_axis[axis].first(), by_axis[axis].last()) {
+                let [first, last] = [&self.refs[*first as usize], &self.refs[*last as usize]];
+                centroids.min[axis] = first.min[axis] + first.max[axis];
+                centroids.max[axis] = last.min[axis] + last.max[axis];
+            }
+        }
+        centroids
     }
 }
 
@@ -186,8 +191,9 @@ impl Orders<'_> {
             live,
             slots: live,
         };
-        let orders = self.by_axis.each_ref().map(|o| o.split_at(plane.left));
-        (child(0, plane.left, orders.map(|o| o.0)), child(1, count - plane.left, orders.map(|o| o.1)))
+        let [x, y, z] = &self.by_axis;
+        let (x, y, z) = (x.split_at(plane.left), y.split_at(plane.left), z.split_at(plane.left));
+        (child(0, plane.left, [x.0, y.0, z.0]), child(1, count - plane.left, [x.1, y.1, z.1]))
     }
 }
 
@@ -231,8 +237,11 @@ fn partition_chunks(order: &[u32], to: &mut [u32], left: usize, table: Table, ex
 }
 
 impl Range for Orders<'_> {
+    #[inline]
     fn cut(self, left_slots: usize) -> (Self, Self) {
-        let [x, y, z] = self.by_axis.map(|order| order.split_at_mut(left_slots));
+        // Spelt out: as a closure over the array it is not inlined, and this happens at every node.
+        let [x, y, z] = self.by_axis;
+        let (x, y, z) = (x.split_at_mut(left_slots), y.split_at_mut(left_slots), z.split_at_mut(left_slots));
         let (left_spare, right_spare) = self.spare.split_at_mut(left_slots);
         let (left_near, right_near) = match self.near {
             Some((refs, notes)) => {

@@ -27,6 +27,7 @@ const BLOCKS: usize = 64;
 const BLOCK: usize = 8;
 /// Stretches of at most so many planes are swept one by one.
 const PLAIN: usize = 64;
+const ROOM: usize = PLAIN + 4;
 /// From so many references on, blocks are tasks.
 const CHUNKED: usize = 1 << 15;
 
@@ -38,14 +39,16 @@ pub(super) fn best(orders: &Orders<'_>, scale: f32, exec: &Executor) -> Option<P
     let sweep = |axis| Sweep { order: order(axis), table: orders.table, axis, scale };
     let sweeps = [sweep(0), sweep(1), sweep(2)];
     let all = Stretch { start: 0, end: count, before: LaneBox::EMPTY, behind: LaneBox::EMPTY };
-    let mut best = Best::default();
-    if count <= PLAIN {
-        for sweep in &sweeps {
-            sweep.plain(&all, &mut best);
-        }
-        return best.plane;
+    match count {
+        0..=8 => return plain::<12>(&sweeps, &all),
+        9..=16 => return plain::<20>(&sweeps, &all),
+        17..=32 => return plain::<36>(&sweeps, &all),
+        33..=PLAIN => return plain::<ROOM>(&sweeps, &all),
+        _ => {}
     }
 
+    let mut best = Best::default();
+    let mut sides = Sides::EMPTY;
     let cuts = if count < CHUNKED {
         sweeps.each_ref().map(|sweep| Cut::new(sweep, &all))
     } else {
@@ -58,7 +61,7 @@ pub(super) fn best(orders: &Orders<'_>, scale: f32, exec: &Executor) -> Option<P
         best.bound = cut.least.min(best.bound);
     }
     for (sweep, cut) in sweeps.iter().zip(&cuts) {
-        sweep.look_closer(&all, cut, &mut best);
+        sweep.look_closer(&all, cut, &mut sides, &mut best);
     }
     best.plane
 }
@@ -205,7 +208,7 @@ impl Sweep<'_> {
     }
 
     /// Sweep the blocks of a stretch that can hold a better plane than is known.
-    fn look_closer(&self, stretch: &Stretch, cut: &Cut, best: &mut Best) {
+    fn look_closer(&self, stretch: &Stretch, cut: &Cut, sides: &mut Sides<ROOM>, best: &mut Best) {
         for (i, block) in stretch.blocks().enumerate().take(cut.blocks) {
             let floor = cut.left[i] + cut.right[i + 1];
             if floor > best.bound || floor >= best.weight() {
@@ -213,47 +216,41 @@ impl Sweep<'_> {
             }
             let part = Stretch { start: block.start, end: block.end, before: cut.before[i], behind: cut.from[i + 1] };
             if block.len() <= PLAIN {
-                self.plain(&part, best);
+                self.plain(&part, sides, best);
             } else {
                 let cut = Cut::new(self, &part);
                 best.bound = cut.least.min(best.bound);
-                self.look_closer(&part, &cut, best);
+                self.look_closer(&part, &cut, sides, best);
             }
         }
     }
 
-    fn plain(&self, stretch: &Stretch, best: &mut Best) {
-        match stretch.end - stretch.start {
-            0..=8 => self.plain_in::<12>(stretch, best),
-            9..=16 => self.plain_in::<20>(stretch, best),
-            17..=32 => self.plain_in::<36>(stretch, best),
-            _ => self.plain_in::<{ PLAIN + 4 }>(stretch, best),
-        }
-    }
-
-    /// Weigh every plane of a stretch. `CAP` is at least four more than there are planes.
+    /// Weigh every plane of a stretch, at most `CAP - 4`.
     #[inline(always)]
-    fn plain_in<const CAP: usize>(&self, stretch: &Stretch, best: &mut Best) {
+    fn plain<const CAP: usize>(&self, stretch: &Stretch, sides: &mut Sides<CAP>, best: &mut Best) {
         let ids = &self.order[stretch.start..stretch.end];
         let planes = ids.len().min(CAP - 4);
-        let (mut before, mut from) = ([LaneBox::EMPTY; CAP], [LaneBox::EMPTY; CAP]);
         let (mut left, mut right) = (stretch.before, stretch.behind);
-        for (i, (&first, &last)) in ids.iter().zip(ids.iter().rev()).enumerate() {
-            before[i % CAP] = left;
+        let places = sides.before.iter_mut().zip(sides.from[..planes].iter_mut().rev());
+        for ((before, from), (&first, &last)) in places.zip(ids.iter().zip(ids.iter().rev())) {
+            *before = left;
             left = left.union(self.table.bounds(first));
             right = right.union(self.table.bounds(last));
-            from[(planes - 1 - i) % CAP] = right;
+            *from = right;
         }
 
         // The plane before the first reference of all has a NaN for its weight, and so have those behind the last: no box times no
         // references. A NaN is less than nothing.
+        sides.before[planes..planes + 4].fill(LaneBox::EMPTY);
+        sides.from[planes..planes + 4].fill(LaneBox::EMPTY);
         let count = self.order.len();
         let (mut least, mut found) = (Lanes::splat(f32::INFINITY), Lanes::splat(0.0));
-        for first in (0..planes).step_by(4) {
-            let at = [0, 1, 2, 3].map(|k| (stretch.start + first + k).min(count));
-            let [left, right] = self.weights(&before, &from, first, at, count);
+        let fours = sides.before.chunks_exact(4).zip(sides.from.chunks_exact(4));
+        for (four, (before, from)) in fours.take(planes.div_ceil(4)).enumerate() {
+            let at = [0, 1, 2, 3].map(|k| (stretch.start + 4 * four + k).min(count));
+            let [left, right] = self.weights(before, from, 0, at, count);
             let weight = left.plus(right);
-            found = weight.if_less(least, Lanes::splat(first as f32), found);
+            found = weight.if_less(least, Lanes::splat((4 * four) as f32), found);
             least = weight.min(least);
         }
         let mut winner: Option<(f32, usize)> = None;
@@ -266,8 +263,28 @@ impl Sweep<'_> {
         if let Some((weight, at)) = winner
             && weight < best.weight()
         {
-            let bounds = [before[at % CAP], from[at % CAP]];
+            let bounds = [sides.before[at], sides.from[at]];
             best.plane = Some(Plane { axis: self.axis, left: stretch.start + at, weight, bounds });
         }
     }
+}
+
+/// Room for the boxes left and right of each plane of a stretch.
+struct Sides<const CAP: usize> {
+    before: [LaneBox; CAP],
+    from: [LaneBox; CAP],
+}
+
+impl<const CAP: usize> Sides<CAP> {
+    const EMPTY: Self = Sides { before: [LaneBox::EMPTY; CAP], from: [LaneBox::EMPTY; CAP] };
+}
+
+/// Weigh every plane of a small node.
+#[inline(never)]
+fn plain<const CAP: usize>(sweeps: &[Sweep; 3], all: &Stretch) -> Option<Plane> {
+    let (mut best, mut sides) = (Best::default(), Sides::<CAP>::EMPTY);
+    for sweep in sweeps {
+        sweep.plain(all, &mut sides, &mut best);
+    }
+    best.plane
 }

@@ -105,6 +105,11 @@ impl<'a, S> Driver<'a, S> {
         } else {
             Grown::Parts(self.exec.run(|| self.fork(root, range, share)))
         };
+        self.finish(grown)
+    }
+
+    /// What was grown, unless that was cut short.
+    pub fn finish<T>(&self, grown: T) -> Result<T, BuildError> {
         if self.cancelled.load(Ordering::Relaxed) { Err(BuildError::Cancelled) } else { Ok(grown) }
     }
 
