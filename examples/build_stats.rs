@@ -2,9 +2,9 @@
 //! `cargo run --release --example build_stats -- [--jobs N] [--repeat N] [--rays N] [--set option=value]… [--recipe RECIPE]… FILE…`
 //!
 //! A recipe is a preset or a method and what is set on top, as in `draft`, `sweep` or `bonsai,prune=0.01`; --set counts for all. SAH with
-//! the report constants over leaves as stored; ms is the least of the repeats, in which recipes take turns, reading excluded, and cpu
-//! ms the least time that threads ran, where the system tells (Linux), which a busy machine disturbs less. With --rays, the last column is the mean of 1.2·(inner nodes) + triangles per ray over three sets of so many rays: chords, bounces and
-//! occlusion.
+//! the report constants over leaves as stored; ms is the least of the repeats, in which recipes take turns, reading excluded, and
+//! cpu ms the least time that threads ran, where the system tells (Linux), which a busy machine disturbs less. With --rays, the last
+//! column is the mean of 1.2·(inner nodes) + triangles per ray over three sets of so many rays: chords, bounces and occlusion.
 
 use bvhc::build::{self, Axes, BuildOptions, Clip, Executor, Levels, Method, Named, NoProgress, Preset};
 use bvhc::cache::Image;
@@ -127,6 +127,8 @@ fn set(options: &mut BuildOptions, assignment: &str) {
         "alpha" => options.split_alpha = number(),
         "budget" => options.split_budget = number(),
         "prune" => options.prune = number(),
+        "radius" => options.radius = number() as u32,
+        "presplit" => options.presplit = number(),
         "unsplit" => options.unsplit = value == "true",
         "reinsert" => options.reinsert = number() as u32,
         "collapse" => options.collapse = value == "true",

@@ -4,6 +4,7 @@
 //! every block anew; `--check FILE` exits with 1 if one differs.
 
 use super::build::options::preset_lines;
+use crate::build::METHODS;
 use crate::cli::Context;
 use crate::cli::exit::{self, Exit};
 use crate::cli::failure::Failure;
@@ -50,6 +51,7 @@ pub fn blocks() -> Vec<(&'static str, String)> {
     vec![
         ("commands", commands()),
         ("exit-codes", exit::markdown_table()),
+        ("methods", methods()),
         ("options", options()),
         ("presets", presets()),
     ]
@@ -105,6 +107,16 @@ fn options() -> String {
         let default = if takes { default } else { String::new() };
         let help = arg.get_help().map(ToString::to_string).unwrap_or_default().replace('|', "\\|");
         text.push_str(&format!("| {short}`--{long}{value}` | {default} | {help} |\n"));
+    }
+    text
+}
+
+/// The ways to build a tree, and the options that each of them reads.
+fn methods() -> String {
+    let mut text = String::from("| `--method` | trees | reads |\n|---|---|---|\n");
+    for row in METHODS {
+        let options: Vec<String> = row.options.iter().map(|o| format!("`{}`", o.name())).collect();
+        text.push_str(&format!("| `{}` | {} | {} |\n", row.name, row.summary, options.join(" ")));
     }
     text
 }
