@@ -1,20 +1,25 @@
 //! Verdicts: what traversal found against what brute force knows.
 
-use super::brute::{Answer, Candidate, Oracle, Source};
+use super::brute::{Answer, Candidate, Oracle, Order, Source, Standing};
 use super::{Hit, closest_hit};
 use crate::cache::{NO_NODE, View};
 use crate::geom::Ray;
 use rayon::prelude::*;
 
 /// How one ray's hit stands to the [`Answer`] of brute force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Verdict {
-    /// The nearest certain hit, or nothing where there is nothing.
+    /// The nearest hit, the first of several at one distance; or nothing where there is nothing.
     Agree,
-    /// Another certain hit at the same distance, within what rounding allows.
+    /// Another triangle at the very distance of the nearest hit, or at a distance that is the same `f32`: shared edges and corners,
+    /// coincident triangles.
     Tie,
-    /// A triangle whose edge the ray passes within rounding, or nothing where only such triangles are met: either is right.
+    /// Not what exact arithmetic says, but within what `f64` may be off ([`brute`](super::brute) states the bound): a triangle lost or found whose edge, or
+    /// whose distance limit, the ray passes within 2⁻⁴⁸ of the largest coordinate in play, or the farther of two that lie so near to each other.
     Grazing,
+    /// So near to an edge of a moved instance that rounding its matrix to `f32` decides, and the file's matrix is not at hand: either answer is
+    /// right.
+    Unsure,
     /// Nothing, where something is certainly hit.
     Missed,
     /// A triangle beyond the nearest certain hit.
@@ -25,7 +30,7 @@ pub enum Verdict {
 
 impl Verdict {
     pub fn is_right(self) -> bool {
-        matches!(self, Verdict::Agree | Verdict::Tie | Verdict::Grazing)
+        !matches!(self, Verdict::Missed | Verdict::Farther | Verdict::False)
     }
 }
 
@@ -35,6 +40,7 @@ pub struct Tally {
     pub agree: u64,
     pub tie: u64,
     pub grazing: u64,
+    pub unsure: u64,
     pub missed: u64,
     pub farther: u64,
     pub false_hits: u64,
@@ -55,18 +61,20 @@ pub struct Wrong {
 
 impl Tally {
     pub fn rays(&self) -> u64 {
-        self.agree + self.tie + self.grazing + self.wrong()
+        self.agree + self.tie + self.grazing + self.unsure + self.wrong()
     }
 
     pub fn wrong(&self) -> u64 {
         self.missed + self.farther + self.false_hits
     }
 
-    fn add(&mut self, verdict: Verdict) {
+    /// Count one more.
+    pub fn add(&mut self, verdict: Verdict) {
         let count = match verdict {
             Verdict::Agree => &mut self.agree,
             Verdict::Tie => &mut self.tie,
             Verdict::Grazing => &mut self.grazing,
+            Verdict::Unsure => &mut self.unsure,
             Verdict::Missed => &mut self.missed,
             Verdict::Farther => &mut self.farther,
             Verdict::False => &mut self.false_hits,
@@ -93,29 +101,62 @@ pub fn compare(view: &View<'_>, oracle: &Oracle<'_>, rays: &[Ray], answers: &[An
     tally
 }
 
-/// Judge one hit.
+/// Judge the nearest hit that was found.
 pub fn judge(view: &View<'_>, oracle: &Oracle<'_>, answer: &Answer, hit: Option<&Hit>) -> Verdict {
-    let Some(hit) = hit else {
-        return match answer.certain() {
-            Some(_) => Verdict::Missed,
-            None if answer.candidates.is_empty() => Verdict::Agree,
-            None => Verdict::Grazing,
-        };
-    };
+    let Some(hit) = hit else { return judge_any(answer, false) };
 
-    // The hit's distance was rounded to f32 once.
-    let t = f64::from(hit.t);
-    let rounding = t.abs() * 2f64.powi(-24) + f64::from(f32::from_bits(1));
+    let (t, rounding) = distance(hit);
     let within = |c: &Candidate| c.nearest - rounding <= t && t <= c.farthest + rounding;
     if answer.certain().is_some_and(|c| t > c.farthest + rounding) {
         return Verdict::Farther;
     }
     let same = |c: &&Candidate| within(c) && names(view, oracle, hit, c.source);
-    match answer.candidates.iter().find(same) {
-        None => Verdict::False,
-        Some(c) if !c.certain => Verdict::Grazing,
-        Some(c) if answer.certain() == Some(c) => Verdict::Agree,
-        Some(_) => Verdict::Tie,
+    let Some(found) = answer.candidates.iter().find(same) else { return Verdict::False };
+    match (found.standing, found.order) {
+        (Standing::BareMiss, _) => Verdict::Grazing,
+        (Standing::Unsure, _) => Verdict::Unsure,
+        (_, Order::First) => Verdict::Agree,
+        (_, Order::Equal | Order::Rounded) => Verdict::Tie,
+        (_, Order::Later) => Verdict::Grazing,
+        (_, Order::Unknown) => Verdict::Unsure,
+    }
+}
+
+/// A hit's distance, and what rounding it to `f32` once may have cost.
+fn distance(hit: &Hit) -> (f64, f64) {
+    let t = f64::from(hit.t);
+    (t, t.abs() * 2f64.powi(-24) + f64::from(f32::from_bits(1)))
+}
+
+/// Whether a hit may be one of the triangle `source`, which it names: what can be said of it without all other triangles.
+pub fn stands(oracle: &Oracle<'_>, ray: &Ray, source: Source, hit: &Hit) -> bool {
+    let (t, rounding) = distance(hit);
+    oracle.reach(ray, source).is_some_and(|(nearest, farthest)| nearest - rounding <= t && t <= farthest + rounding)
+}
+
+/// Whether an answer leaves out a triangle that the ray may meet: there is no hit, or one that is farther. Like [`stands`], of this one
+/// triangle alone; where it says yes, the oracle must be asked.
+pub fn passes_over(oracle: &Oracle<'_>, ray: &Ray, source: Source, hit: Option<&Hit>) -> bool {
+    let Some((_, farthest)) = oracle.reach(ray, source) else { return false };
+    hit.is_none_or(|hit| {
+        let (t, rounding) = distance(hit);
+        t > farthest + rounding
+    })
+}
+
+/// Judge whether anything was found: the answer to a shadow ray, or no hit.
+pub fn judge_any(answer: &Answer, found: bool) -> Verdict {
+    let (hit, bare_hit) = (answer.has(Standing::Hit), answer.has(Standing::BareHit));
+    let (bare_miss, unsure) = (answer.has(Standing::BareMiss), answer.has(Standing::Unsure));
+    match found {
+        true if hit || bare_hit => Verdict::Agree,
+        true if unsure => Verdict::Unsure,
+        true if bare_miss => Verdict::Grazing,
+        true => Verdict::False,
+        false if hit => Verdict::Missed,
+        false if bare_hit => Verdict::Grazing,
+        false if unsure => Verdict::Unsure,
+        false => Verdict::Agree,
     }
 }
 

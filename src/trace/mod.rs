@@ -32,6 +32,7 @@ pub mod arithmetic;
 pub mod brute;
 mod cached;
 pub mod compare;
+pub mod exact;
 mod hit;
 mod intersect;
 mod lanes;
