@@ -8,6 +8,7 @@ use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset, co
 use bvhc::cache::{Cache, Image, Meta, OpenOptions, View, WriteOptions, to_bytes};
 use bvhc::geom::Ray;
 use bvhc::scene::{ReadOptions, Scene, read};
+use bvhc::trace::rays::RaySet;
 use bvhc::trace::{Fault as Mistake, Observer, try_any_hit, try_closest_hit};
 use bvhc::verify::{Class, Cpu, Device, DeviceError, HitRecord, Outcome, Plan, Query, Subject, run, scene_of_file};
 use faults::{Fault, plant};
@@ -30,9 +31,16 @@ fn stored(image: &Image) -> Cache {
     Cache::from_bytes(&bytes, &OpenOptions::default()).expect("a valid container")
 }
 
-/// A twentieth of the default number of rays.
+/// A twentieth of the default number of rays, and a fifth of the oracle's work.
 fn plan() -> Plan {
-    Plan { rays: Plan::default().rays / 20, ..Plan::default() }
+    Plan { rays: Plan::default().rays / 20, oracle_work: Plan::ORACLE_WORK / 5, ..Plan::default() }
+}
+
+/// All rays that are aimed at triangles by default, and no others: some faults show in one triangle of thousands.
+fn aimed() -> Plan {
+    let all = Plan::default();
+    let at = all.sets.iter().position(|set| *set == RaySet::Triangles).expect("a default set");
+    Plan { rays: all.rays_of(at), sets: vec![RaySet::Triangles], ..plan() }
 }
 
 /// The OpenCL device that a user would get. It stays open to the end of the process.
@@ -67,9 +75,9 @@ fn others(_: View<'_>) -> Vec<Box<dyn Device + '_>> {
     Vec::new()
 }
 
-fn verify(cache: &Cache, scene: &Scene) -> Outcome {
+fn verify(plan: &Plan, cache: &Cache, scene: &Scene) -> Outcome {
     let subject = Subject::new(cache.view(), scene);
-    run(&subject, &mut Cpu::new(cache.view()), &mut others(cache.view()), &plan(), &NoProgress).expect("a verdict")
+    run(&subject, &mut Cpu::new(cache.view()), &mut others(cache.view()), plan, &NoProgress).expect("a verdict")
 }
 
 /// The scene that the model holds, or the one that the faulty file itself says that it holds.
@@ -84,7 +92,8 @@ fn found(sample_name: &str, fault: Fault, against: Against) {
     let planted = plant(&mut image, fault).expect("something to break");
     let cache = stored(&image);
     let own = scene_of_file(&cache.view(), cache.names()).expect("a scene");
-    let outcome = verify(&cache, if matches!(against, Against::Source) { &scene } else { &own });
+    let plan = if fault == Fault::MovedVertex { aimed() } else { plan() };
+    let outcome = verify(&plan, &cache, if matches!(against, Against::Source) { &scene } else { &own });
     assert!(!outcome.is_right(), "{fault:?} in {sample_name}");
     for device in &outcome.devices {
         let mismatch = device.first_mismatch.as_ref().expect("a mismatch on every device");
@@ -106,7 +115,7 @@ fn a_sound_file_is_right() {
     for name in ["corrugated_roof.obj", "forest.glb"] {
         let scene = sample(name);
         let cache = stored(&build(&scene));
-        let outcome = verify(&cache, &scene);
+        let outcome = verify(&plan(), &cache, &scene);
         assert!(outcome.is_right(), "{name}: {:#?}", outcome.first_mismatch());
         for device in &outcome.devices {
             let total = device.total();
@@ -137,6 +146,7 @@ fn swapped_children_are_found() {
 #[test]
 fn a_moved_vertex_is_found_against_the_source() {
     found("corrugated_roof.obj", Fault::MovedVertex, Against::Source);
+    found("forest.glb", Fault::MovedVertex, Against::Source);
 }
 
 #[test]
@@ -189,33 +199,35 @@ impl Observer for Order {
 }
 
 /// A traversal that goes wrong on sound records is found beside the CPU's, and by the oracle alone where it is the reference.
-fn found_in_traversal<M: Observer + Default>(sample_name: &str) {
+fn found_in_traversal<M: Observer + Default>(sample_name: &str, plan: &Plan) {
     let scene = sample(sample_name);
     let cache = stored(&build(&scene));
     let broken = || Broken::<M>(cache.view(), std::marker::PhantomData);
     let subject = Subject::new(cache.view(), &scene);
     let beside =
-        run(&subject, &mut Cpu::new(cache.view()), &mut [Box::new(broken())], &plan(), &NoProgress).expect("a verdict");
-    let alone = run(&subject, &mut broken(), &mut [], &plan(), &NoProgress).expect("a verdict");
+        run(&subject, &mut Cpu::new(cache.view()), &mut [Box::new(broken())], plan, &NoProgress).expect("a verdict");
+    let alone = run(&subject, &mut broken(), &mut [], plan, &NoProgress).expect("a verdict");
     assert_eq!(beside.devices[0].total().mismatches(), 0);
     for device in [&beside.devices[1], &alone.devices[0]] {
         let mismatch = device.first_mismatch.as_ref().expect("a mismatch");
         let blame = mismatch.blame.as_ref().expect("a leaf that it should have reached");
         println!("{sample_name}: {:?} {}; {blame}", mismatch.set, mismatch.class.words());
-        assert!(matches!(mismatch.class, Class::Missed | Class::Farther), "{mismatch:?}");
+        // Beside the CPU, another copy of a triangle that stands in several leaves is a difference already.
+        assert!(matches!(mismatch.class, Class::Missed | Class::Farther | Class::Bits), "{mismatch:?}");
         assert!(blame.why.contains("the traversal is not") && blame.section == "NODE", "{blame}");
     }
 }
 
 #[test]
 fn a_broken_octant_is_found() {
-    found_in_traversal::<SignOfZero>("corrugated_roof.obj");
-    found_in_traversal::<SignOfZero>("forest.glb");
+    found_in_traversal::<SignOfZero>("corrugated_roof.obj", &plan());
+    found_in_traversal::<SignOfZero>("forest.glb", &plan());
 }
 
 #[test]
 fn a_broken_order_of_children_is_found() {
-    found_in_traversal::<Order>("corrugated_roof.obj");
+    found_in_traversal::<Order>("corrugated_roof.obj", &plan());
+    found_in_traversal::<Order>("forest.glb", &aimed());
 }
 
 /// The same for the kernel: compiled with a mistake, it is found beside the CPU.
@@ -250,7 +262,7 @@ fn a_malformed_tree_is_told_and_not_walked() {
     image.nodes[broken].first = u32::MAX - 1;
     image.nodes[broken].count = 0;
     let cache = stored(&image);
-    let outcome = verify(&cache, &scene);
+    let outcome = verify(&plan(), &cache, &scene);
     assert_eq!(outcome.devices[0].total().malformed, 1);
     let mismatch = outcome.first_mismatch().expect("a ray");
     let again = Cpu::new(cache.view()).trace(&[mismatch.ray], mismatch.query);

@@ -7,7 +7,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `plan`, `subject`, `stored` | what is traced, through what, and what the file itself says that it holds |
-//! | `run`, `outcome` | the pipeline, and what it came to |
+//! | `run`, `outcome`, `origin` | the pipeline, what it came to, and which triangle of the scene a hit names |
 //! | `blame` | the record that makes a ray go wrong |
 //! | `replay`, `ray_text` | one ray again, with a log; a ray as text |
 //! | `record`, `device`, `cpu`, `opencl` | what devices read, write and are |
@@ -19,6 +19,7 @@ mod cpu;
 mod device;
 #[cfg(feature = "opencl")]
 pub mod opencl;
+mod origin;
 mod outcome;
 mod plan;
 mod ray_text;
@@ -26,8 +27,10 @@ mod record;
 mod replay;
 mod run;
 mod sets;
+mod source;
 mod stored;
 mod subject;
+pub mod watertight;
 
 pub use blame::Blame;
 pub use cpu::Cpu;
@@ -39,5 +42,6 @@ pub use record::{HitRecord, NO_HIT, NO_INSTANCE, RayRecord};
 pub use replay::{Replay, Step, replay};
 pub use run::{VerifyError, run};
 pub use sets::{SETS, set_name, set_named};
+pub use source::{OtherModel, is_of_model};
 pub use stored::{NotAScene, scene_of_file};
 pub use subject::Subject;

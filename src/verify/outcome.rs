@@ -54,6 +54,8 @@ pub struct Counts {
     pub ties: u64,
     /// The ray passes an edge within rounding: a hit and a miss are both right.
     pub grazing: u64,
+    /// So near to an edge of a moved instance that rounding its matrix to `f32` decides: either answer is right.
+    pub unsure: u64,
     /// The same triangle with other last bits, on a device that says that its arithmetic differs.
     pub rounding: u64,
     /// Unlike the reference, and beyond the number of differences that the oracle judges; only on such a device.
@@ -90,6 +92,7 @@ impl Counts {
         *match class {
             Class::Tie => &mut self.ties,
             Class::Grazing => &mut self.grazing,
+            Class::Unsure => &mut self.unsure,
             Class::Rounding => &mut self.rounding,
             Class::Unjudged => &mut self.unjudged,
             Class::Missed => &mut self.missed,
@@ -108,6 +111,7 @@ impl Counts {
             hits: self.hits + other.hits,
             ties: self.ties + other.ties,
             grazing: self.grazing + other.grazing,
+            unsure: self.unsure + other.unsure,
             rounding: self.rounding + other.rounding,
             unjudged: self.unjudged + other.unjudged,
             missed: self.missed + other.missed,
@@ -132,6 +136,7 @@ impl Counts {
 pub enum Class {
     Tie,
     Grazing,
+    Unsure,
     Rounding,
     Unjudged,
     Missed,
@@ -145,7 +150,7 @@ pub enum Class {
 
 impl Class {
     pub fn is_mismatch(self) -> bool {
-        !matches!(self, Class::Tie | Class::Grazing | Class::Rounding | Class::Unjudged)
+        !matches!(self, Class::Tie | Class::Grazing | Class::Unsure | Class::Rounding | Class::Unjudged)
     }
 
     /// As a sentence's end: "the device …".
@@ -153,6 +158,7 @@ impl Class {
         match self {
             Class::Tie => "found another triangle at the same distance",
             Class::Grazing => "decided otherwise about an edge that the ray passes within rounding",
+            Class::Unsure => "decided otherwise where rounding an instance's matrix decides",
             Class::Rounding => "found the same hit with other last bits",
             Class::Unjudged => "answered otherwise, and was not judged",
             Class::Missed => "missed a hit",
@@ -175,9 +181,12 @@ pub struct OracleOutcome {
     pub agree: u64,
     pub ties: u64,
     pub grazing: u64,
+    pub unsure: u64,
     pub missed: u64,
     pub farther: u64,
     pub false_hits: u64,
+    /// Hits, of the sample and of all other rays, that were tested against the one triangle of the scene that they name.
+    pub hits_tested: u64,
     pub seconds: f64,
 }
 
@@ -188,6 +197,7 @@ impl OracleOutcome {
             Verdict::Agree => &mut self.agree,
             Verdict::Tie => &mut self.ties,
             Verdict::Grazing => &mut self.grazing,
+            Verdict::Unsure => &mut self.unsure,
             Verdict::Missed => &mut self.missed,
             Verdict::Farther => &mut self.farther,
             Verdict::False => &mut self.false_hits,

@@ -1,17 +1,18 @@
 use crate::geom::Ray;
+use crate::trace::brute::{Oracle, Source};
 use crate::trace::rays::{Random, RaySet, Sampler};
 use rayon::prelude::*;
 
 /// What to trace, and how much of it the oracle judges. Equal plans trace equal rays on any machine with any number of threads.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// In total; the sets get equal shares.
+    /// In total; [`Plan::rays_of`] says how they are shared.
     pub rays: u64,
     pub seed: u64,
     pub sets: Vec<RaySet>,
     pub asked: Asked,
     pub reference: Reference,
-    /// What the oracle may spend on its sample, in rays × triangles.
+    /// What the oracle may spend on its sample: boxes and triangles looked at, which take some ten nanoseconds each.
     pub oracle_work: u64,
 }
 
@@ -53,30 +54,37 @@ const BATCH: u64 = 1 << 18;
 const UNIT: u64 = 1 << 12;
 
 impl Plan {
-    /// A few seconds on one core.
-    pub const ORACLE_WORK: u64 = 2_000_000_000;
+    /// A second or two on one core.
+    pub const ORACLE_WORK: u64 = 100_000_000;
 
     /// Fewest rays that the oracle judges of each set, however large the scene.
     const LEAST: u64 = 16;
 
-    /// How many of a set's rays go to the oracle in a scene of so many triangles.
-    pub fn sampled(&self, set: usize, triangles: u64) -> u64 {
+    /// How many of a set's rays go to the oracle where one takes `cost` of [`Plan::oracle_work`].
+    pub fn sampled(&self, set: usize, cost: u64) -> u64 {
         let rays = self.rays_of(set);
         match self.reference {
             Reference::Brute => rays,
-            Reference::Bvh => (self.oracle_work / triangles.max(1) / self.sets.len() as u64).max(Self::LEAST).min(rays),
+            Reference::Bvh => (self.oracle_work / cost.max(1) / self.sets.len() as u64).max(Self::LEAST).min(rays),
         }
+    }
+
+    /// What one ray costs the oracle, as the first few of every set tell.
+    pub fn cost(&self, oracle: &Oracle<'_>, sampler: &Sampler<'_>) -> u64 {
+        let few = |set: usize| Batch { set, first: 0, count: self.rays_of(set).min(Self::LEAST) };
+        let rays: Vec<Ray> = (0..self.sets.len()).flat_map(|set| self.rays_in(&few(set), sampler)).collect();
+        let tests: u64 = rays.par_iter().map(|ray| oracle.trace_counted(ray).1).sum();
+        tests / (rays.len() as u64).max(1)
     }
 
     /// The share of `sets[set]`.
     pub fn rays_of(&self, set: usize) -> u64 {
-        let sets = self.sets.len() as u64;
-        self.rays / sets + u64::from((set as u64) < self.rays % sets)
+        RaySet::shares(&self.sets, self.rays)[set]
     }
 
     /// All rays in pieces that fit in memory, set after set.
     pub fn batches(&self) -> impl Iterator<Item = Batch> {
-        let shares: Vec<u64> = (0..self.sets.len()).map(|set| self.rays_of(set)).collect();
+        let shares = RaySet::shares(&self.sets, self.rays);
         shares.into_iter().enumerate().flat_map(|(set, share)| {
             let starts = (0..share).step_by(BATCH as usize);
             starts.map(move |first| Batch { set, first, count: BATCH.min(share - first) })
@@ -85,13 +93,21 @@ impl Plan {
 
     /// The rays of a batch, on all threads.
     pub fn rays_in(&self, batch: &Batch, sampler: &Sampler<'_>) -> Vec<Ray> {
-        let set = self.sets[batch.set];
+        self.units_of(batch, |count, seed| sampler.rays(self.sets[batch.set], count, seed))
+    }
+
+    /// The triangles that the rays of a batch are aimed at, where its set does so.
+    pub fn targets_in(&self, batch: &Batch, sampler: &Sampler<'_>) -> Vec<Source> {
+        self.units_of(batch, |count, seed| sampler.targets(self.sets[batch.set], count, seed))
+    }
+
+    fn units_of<T: Send>(&self, batch: &Batch, of: impl Fn(usize, u64) -> Vec<T> + Sync) -> Vec<T> {
         let units: Vec<u64> = (batch.first / UNIT..(batch.first + batch.count).div_ceil(UNIT)).collect();
-        let rays = units.into_par_iter().flat_map_iter(|unit| {
+        let some = units.into_par_iter().flat_map_iter(|unit| {
             let count = UNIT.min(batch.first + batch.count - unit * UNIT);
-            sampler.rays(set, count as usize, seed_of(self.seed, unit))
+            of(count as usize, seed_of(self.seed, unit))
         });
-        rays.collect()
+        some.collect()
     }
 }
 

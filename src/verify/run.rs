@@ -2,6 +2,7 @@
 
 use super::blame::blame;
 use super::device::{Device, DeviceError, Query};
+use super::origin::Origin;
 use super::outcome::{Class, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Outcome};
 use super::plan::{Asked, Batch, Plan};
 use super::record::HitRecord;
@@ -9,7 +10,7 @@ use super::subject::Subject;
 use crate::build::Progress;
 use crate::geom::Ray;
 use crate::trace::brute::Answer;
-use crate::trace::compare::{Verdict, judge};
+use crate::trace::compare::{Verdict, judge, judge_any, passes_over, stands};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -42,7 +43,8 @@ pub fn run(
     };
     let devices = std::iter::once(of(reference)).chain(others.iter().map(|d| of(d.as_ref()))).collect();
     let oracle = OracleOutcome { triangles: subject.scene().instanced_triangles(), ..OracleOutcome::default() };
-    let mut run = Run { subject, plan, outcome: Outcome { devices, oracle }, judged: vec![0; others.len()] };
+    let cost = plan.cost(&subject.oracle, &subject.sampler);
+    let mut run = Run { subject, plan, cost, outcome: Outcome { devices, oracle }, judged: vec![0; others.len()] };
     for batch in plan.batches() {
         if progress.is_cancelled() {
             return Err(VerifyError::Cancelled);
@@ -58,6 +60,8 @@ pub fn run(
 struct Run<'a> {
     subject: &'a Subject<'a>,
     plan: &'a Plan,
+    /// What a ray costs the oracle.
+    cost: u64,
     outcome: Outcome,
     /// Differences of each other device that the oracle has judged.
     judged: Vec<u64>,
@@ -95,7 +99,7 @@ impl Run<'_> {
 
         // Choose what the oracle judges: its sample, and where a device differs, as far as it has time.
         let rays_of_set = self.plan.rays_of(batch.set);
-        let sampled = self.plan.sampled(batch.set, self.outcome.oracle.triangles);
+        let sampled = self.plan.sampled(batch.set, self.cost);
         let sample = batch.sample(sampled, rays_of_set);
         let most = (sampled * self.plan.sets.len() as u64).max(LEAST_DIFFERENCES);
         let mut asked = sample.clone();
@@ -109,14 +113,22 @@ impl Run<'_> {
             asked.extend(answer.unlike_brute.iter().take(room));
             self.judged[i] += (asked.len() - before) as u64;
         }
+        let start = Instant::now();
+        let fallen = self.retest(&rays, truth);
+        asked.extend(fallen.iter().take(LEAST_DIFFERENCES as usize));
+        asked.extend(self.passed_over(batch, &rays, truth).iter().take(LEAST_DIFFERENCES as usize));
         asked.sort_unstable();
         asked.dedup();
-        let start = Instant::now();
         let words: Vec<Answer> = asked.par_iter().map(|&k| self.subject.oracle.trace(&rays[k])).collect();
         self.outcome.oracle.seconds += start.elapsed().as_secs_f64();
         let question = Question { batch, rays: &rays, truth, sample: &sample, asked: &asked, words: &words };
 
-        // Judge the reference by the oracle, then every other device by both.
+        // Judge the reference by the oracle, then every other device by both. A hit that does not stand is none, whether or not there was time to
+        // find what is.
+        for &k in fallen.iter().filter(|k| asked.binary_search(k).is_err()) {
+            let told = Told { k, query: Query::Closest, class: Class::False, right: &truth[k], record: &truth[k] };
+            self.note(0, &question, &told);
+        }
         for &k in &asked {
             let Some(answer) = question.word(k) else { continue };
             let (verdict, sampled) = (self.judge(answer, &truth[k]), sample.binary_search(&k).is_ok());
@@ -177,6 +189,29 @@ impl Run<'_> {
         Ok(answers)
     }
 
+    /// Test every hit of the reference against the one triangle of the scene that it names, and return the rays whose hits do not stand.
+    fn retest(&mut self, rays: &[Ray], truth: &[HitRecord]) -> Vec<usize> {
+        let subject = self.subject;
+        let stands_at = |k: usize| -> Option<bool> {
+            let hit = truth[k].hit()?;
+            match subject.origins.of(&hit) {
+                Origin::Known(source) => Some(stands(&subject.oracle, &rays[k], source, &hit)),
+                Origin::Nothing => Some(false),
+                Origin::Several => None,
+            }
+        };
+        let tested: Vec<Option<bool>> = (0..rays.len()).into_par_iter().map(stands_at).collect();
+        self.outcome.oracle.hits_tested += tested.iter().flatten().count() as u64;
+        (0..rays.len()).filter(|&k| tested[k] == Some(false)).collect()
+    }
+
+    /// The rays that were aimed at a triangle and met nothing as near, although they may meet it.
+    fn passed_over(&self, batch: &Batch, rays: &[Ray], truth: &[HitRecord]) -> Vec<usize> {
+        let targets = self.plan.targets_in(batch, &self.subject.sampler);
+        let missed = |k: usize| passes_over(&self.subject.oracle, &rays[k], targets[k], truth[k].hit().as_ref());
+        (0..targets.len()).into_par_iter().filter(|&k| missed(k)).collect()
+    }
+
     /// Let a device trace a sample without the tree, and return the rays whose answers are others.
     fn unlike_brute(
         &mut self,
@@ -223,11 +258,12 @@ impl Run<'_> {
             let sampled = sample.next_if_eq(&k).is_some();
             let lost = answers.unlike_brute.binary_search(&k).is_ok();
             let differs = record != right;
-            if !sampled && !differs && !lost {
+            let verdict = question.word(k).map(|answer| self.judge(answer, record));
+            let told = verdict.and_then(class_of);
+            if !sampled && !differs && !lost && !told.is_some_and(Class::is_mismatch) {
                 continue;
             }
-            let verdict = question.word(k).map(|answer| self.judge(answer, record));
-            let class = match verdict.and_then(class_of) {
+            let class = match told {
                 Some(wrong) if wrong.is_mismatch() => wrong,
                 _ if differs && exact => Class::Bits,
                 _ if lost => Class::Tree,
@@ -246,10 +282,10 @@ impl Run<'_> {
         let closest = answers.closest.as_deref().unwrap_or(question.truth);
         let exact = self.outcome.devices[number].deviation.is_none();
         for k in (0..any.len()).filter(|&k| any[k].is_hit() != closest[k].is_hit()) {
-            let class = match question.word(k) {
+            let class = match question.word(k).map(|answer| judge_any(answer, any[k].is_hit())) {
+                Some(wrong) if !wrong.is_right() => class_of(wrong).unwrap_or(Class::AnyHit),
                 _ if exact => Class::AnyHit,
-                Some(w) if w.certain().is_none() && !w.candidates.is_empty() => Class::Grazing,
-                Some(_) => Class::AnyHit,
+                Some(right) => class_of(right).unwrap_or(Class::Grazing),
                 None => Class::Unjudged,
             };
             self.note(number, question, &Told { k, query: Query::Any, class, right: &closest[k], record: &any[k] });
@@ -268,7 +304,7 @@ impl Run<'_> {
             return;
         }
         let (ray, word, hit) = (&question.rays[told.k], question.word(told.k), told.record.hit());
-        let expected = match word.map(|w| (w, w.certain())) {
+        let expected = match word.map(|w| (w, w.first())) {
             Some((_, Some(c))) => {
                 let scene = self.subject.scene();
                 let mesh = &scene.meshes[scene.instances[c.source.instance as usize].mesh as usize];
@@ -371,6 +407,7 @@ fn class_of(verdict: Verdict) -> Option<Class> {
         Verdict::Agree => None,
         Verdict::Tie => Some(Class::Tie),
         Verdict::Grazing => Some(Class::Grazing),
+        Verdict::Unsure => Some(Class::Unsure),
         Verdict::Missed => Some(Class::Missed),
         Verdict::Farther => Some(Class::Farther),
         Verdict::False => Some(Class::False),

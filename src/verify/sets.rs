@@ -1,18 +1,18 @@
 use crate::trace::rays::RaySet;
 
 /// The sets by the names that `--rays-from` takes.
-pub const SETS: [(&str, RaySet); 7] = [
-    ("uniform", RaySet::Chords),
-    ("axes", RaySet::AxisAligned),
-    ("vertices", RaySet::Vertices),
-    ("edges", RaySet::EdgeMidpoints),
-    ("surface", RaySet::Surface),
-    ("bounce", RaySet::Bounce),
-    ("occlusion", RaySet::Occlusion),
-];
+pub const SETS: [(&str, RaySet); RaySet::ALL.len()] = {
+    let mut table = [("", RaySet::Uniform); RaySet::ALL.len()];
+    let mut i = 0;
+    while i < table.len() {
+        table[i] = (RaySet::ALL[i].name(), RaySet::ALL[i]);
+        i += 1;
+    }
+    table
+};
 
 pub fn set_name(set: RaySet) -> &'static str {
-    SETS.iter().find(|(_, s)| *s == set).map_or("", |(name, _)| name)
+    set.name()
 }
 
 pub fn set_named(name: &str) -> Option<RaySet> {

@@ -1,3 +1,4 @@
+use super::origin::Origins;
 use crate::cache::View;
 use crate::scene::Scene;
 use crate::trace::brute::Oracle;
@@ -8,12 +9,18 @@ pub struct Subject<'a> {
     pub view: View<'a>,
     pub oracle: Oracle<'a>,
     pub sampler: Sampler<'a>,
+    pub(super) origins: Origins,
 }
 
 impl<'a> Subject<'a> {
     /// `scene` has no instance without triangles, as a file has none: instance numbers are those of the file.
     pub fn new(view: View<'a>, scene: &'a Scene) -> Subject<'a> {
-        Subject { view, oracle: Oracle::new(scene), sampler: Sampler::new(scene) }
+        Subject {
+            view,
+            oracle: Oracle::of_file(scene, &view),
+            sampler: Sampler::new(scene),
+            origins: Origins::new(&view, scene),
+        }
     }
 
     pub fn scene(&self) -> &'a Scene {

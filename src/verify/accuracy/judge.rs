@@ -3,13 +3,14 @@
 use crate::cache::{InstanceRecord, View};
 use crate::geom::Ray;
 use crate::trace::arithmetic::{Arithmetic, closest_hit_by, is_real};
-use crate::trace::brute::{Answer, Candidate, Oracle};
+use crate::trace::brute::{Answer, Candidate, Oracle, Standing};
 use crate::trace::compare::names;
-use crate::trace::{Hit, Malformed, NoObserver};
+use crate::trace::{Hit, Malformed};
 use rayon::prelude::*;
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
-/// Wrong answers among so many. Ties, and either answer where the ray passes an edge within rounding, are right.
+/// Wrong answers among so many. Ties are right, and so is either answer where what the best `f64` arithmetic can be off decides, or rounding an instance's
+/// matrix ([`brute`](crate::trace::brute) states the bounds).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Errors {
     pub rays: u64,
@@ -121,7 +122,7 @@ impl<'a> Tallies<'a> {
     pub fn add(&mut self, fair: bool, rays: &[Ray], answers: &[Answer]) -> Result<(), Malformed> {
         for (i, arithmetic) in Arithmetic::all().enumerate() {
             let one = |(ray, answer): (&Ray, &Answer)| {
-                let hit = closest_hit_by(arithmetic, self.view, ray, &mut NoObserver)?;
+                let hit = closest_hit_by(arithmetic, self.view, ray)?;
                 Ok(self.classify(ray, answer, hit.as_ref()))
             };
             let classes = rays.par_iter().zip(answers).map(one).collect::<Result<Vec<Class>, Malformed>>()?;
@@ -156,7 +157,7 @@ impl<'a> Tallies<'a> {
         };
         let named = answer.candidates.iter().find(|c| names(self.view, self.oracle, hit, c.source));
         match named {
-            Some(c) => Class::Right(c.certain.then(|| ulps(c, hit.t))),
+            Some(c) => Class::Right((c.standing == Standing::Hit).then(|| ulps(c, hit.t))),
             None => {
                 let record = hit.instance.map(|id| self.records.get(id as usize).copied().flatten());
                 let real = match record {
@@ -181,15 +182,17 @@ fn ulps(candidate: &Candidate, t: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::brute::Source;
+    use crate::trace::brute::{Order, Source};
 
     #[test]
     fn distance_errors_count_units_of_the_true_distance() {
         let at = |nearest, farthest| Candidate {
             source: Source { instance: 0, triangle: 0 },
+            standing: Standing::Hit,
+            order: Order::First,
+            t: nearest,
             nearest,
             farthest,
-            certain: true,
         };
         assert_eq!(ulps(&at(1.0, 1.0), 1.0), 0.0);
         assert_eq!(ulps(&at(1.0, 1.0), 1.0 + 3.0 * f32::EPSILON), 3.0);

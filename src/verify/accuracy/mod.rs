@@ -43,8 +43,7 @@ impl Default for Measure {
 impl Measure {
     /// How far progress goes in a scene of so many triangles, instances counted.
     pub fn steps(&self, triangles: u64) -> u64 {
-        let sets = RaySet::ALL.len() as u64;
-        self.judged(triangles).div_ceil(sets) * sets + u64::from(self.rounds) * Arithmetic::all().count() as u64
+        self.judged(triangles) + u64::from(self.rounds) * Arithmetic::all().count() as u64
     }
 
     /// As many rays as the oracle has time for.
@@ -112,7 +111,7 @@ pub enum AccuracyError {
 
 /// Whether a renderer traces such rays, rather than a tester.
 pub fn is_fair(set: RaySet) -> bool {
-    matches!(set, RaySet::Chords | RaySet::Bounce | RaySet::Occlusion)
+    matches!(set, RaySet::Camera | RaySet::Uniform | RaySet::Bounce | RaySet::Shadow)
 }
 
 /// Rays of one kind.
@@ -122,13 +121,12 @@ struct Rays {
     hard: Vec<Ray>,
 }
 
-/// `count` rays, the same share of each set.
+/// `count` rays of all sets.
 fn rays(sampler: &Sampler<'_>, count: u64, seed: u64) -> Rays {
-    let share = count.div_ceil(RaySet::ALL.len() as u64) as usize;
     let mut rays = Rays::default();
-    for set in RaySet::ALL {
+    for (set, share) in RaySet::ALL.into_iter().zip(RaySet::shares(&RaySet::ALL, count)) {
         let to = if is_fair(set) { &mut rays.fair } else { &mut rays.hard };
-        to.extend(sampler.rays(set, share, seed));
+        to.extend(sampler.rays(set, share as usize, seed));
     }
     rays
 }

@@ -4,8 +4,8 @@ use super::AccuracyError;
 use crate::build::Progress;
 use crate::cache::View;
 use crate::geom::Ray;
-use crate::trace::arithmetic::{Arithmetic, closest_hit_by};
-use crate::trace::{Counters, NoObserver};
+use crate::trace::Counters;
+use crate::trace::arithmetic::{Arithmetic, closest_hit_by, visits_by};
 use std::time::Instant;
 
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +29,7 @@ pub fn paces(view: &View<'_>, rays: &[Ray], rounds: u32, progress: &dyn Progress
             let which = (round + turn) % all.len();
             let start = Instant::now();
             for ray in rays {
-                std::hint::black_box(closest_hit_by(all[which], view, ray, &mut NoObserver)?);
+                std::hint::black_box(closest_hit_by(all[which], view, ray)?);
             }
             seconds[which].push(start.elapsed().as_secs_f64());
             progress.advance(1);
@@ -41,7 +41,7 @@ pub fn paces(view: &View<'_>, rays: &[Ray], rounds: u32, progress: &dyn Progress
     for (arithmetic, seconds) in all.into_iter().zip(&mut seconds) {
         let mut counters = Counters::default();
         for ray in rays {
-            closest_hit_by(arithmetic, view, ray, &mut counters)?;
+            counters = counters + visits_by(arithmetic, view, ray)?;
         }
         let each = 1.0 / rays.len().max(1) as f64;
         seconds.sort_by(f64::total_cmp);

@@ -70,7 +70,7 @@ pub(super) fn blame(
 ) -> Option<Blame> {
     let wrong = || got.and_then(|hit| returned(subject, hit));
     let lost = || {
-        let certain = word?.certain()?;
+        let certain = word.and_then(|w| w.certain().or(w.first()))?;
         Some(lost(subject, ray, certain.source, 0.5 * (certain.nearest + certain.farthest)))
     };
     match class {

@@ -10,7 +10,7 @@ use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::cli::progress::Bar;
 use crate::scene::{self, ReadOptions, Scene};
-use crate::verify::{Cpu, Outcome, Plan, Subject, VerifyError, scene_of_file};
+use crate::verify::{Cpu, Outcome, Plan, Subject, VerifyError, is_of_model, scene_of_file};
 use std::path::{Path, PathBuf};
 
 /// A file with its verdict.
@@ -64,5 +64,13 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
     // Instances of nothing are in no file, and would shift the numbers of the others.
     let Scene { meshes, instances, .. } = &mut scene;
     instances.retain(|i| meshes.get(i.mesh as usize).is_some_and(|m| !m.triangles.is_empty()));
+    is_of_model(&cache.view(), &scene).map_err(|e| {
+        let failure = Failure::from_message(Exit::Negative, &e.to_string());
+        let (file, model) = (names::path(path), names::path(model));
+        failure
+            .fact(format!("the file is {file}"))
+            .fact(format!("the model is {model}"))
+            .help(format!("bvhc check {file} --source {model}"))
+    })?;
     Ok(scene)
 }

@@ -11,7 +11,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::geom::Ray;
-use crate::trace::brute;
+use crate::trace::brute::{self, Standing};
 use crate::trace::compare::{Verdict, judge};
 use crate::verify::{Query, Replay, Step, Subject, replay, write_ray};
 use serde::Serialize;
@@ -44,7 +44,8 @@ struct Candidate {
     instance: u32,
     nearest: f64,
     farthest: f64,
-    certain: bool,
+    /// What exact arithmetic says, and whether `f64` can be off: `hit`, `bare-hit`, `bare-miss`, `unsure`.
+    standing: &'static str,
 }
 
 #[derive(Serialize)]
@@ -110,7 +111,13 @@ fn one(path: &Path, ray: &Ray, args: &VerifyArgs, bench: &Bench, context: &Conte
     let candidates = answer.candidates.iter().map(|c| {
         let mesh = &scene.meshes[scene.instances[c.source.instance as usize].mesh as usize];
         let prim = mesh.source_prim(c.source.triangle as usize);
-        Candidate { prim, instance: c.source.instance, nearest: c.nearest, farthest: c.farthest, certain: c.certain }
+        Candidate {
+            prim,
+            instance: c.source.instance,
+            nearest: c.nearest,
+            farthest: c.farthest,
+            standing: standing(c.standing),
+        }
     });
     Ok(Replayed {
         path: path.to_string_lossy().into_owned(),
@@ -120,6 +127,15 @@ fn one(path: &Path, ray: &Ray, args: &VerifyArgs, bench: &Bench, context: &Conte
         oracle: candidates.collect(),
         devices,
     })
+}
+
+fn standing(standing: Standing) -> &'static str {
+    match standing {
+        Standing::Hit => "hit",
+        Standing::BareHit => "bare-hit",
+        Standing::BareMiss => "bare-miss",
+        Standing::Unsure => "unsure",
+    }
 }
 
 fn of_cpu(subject: &Subject<'_>, answer: &brute::Answer, log: &Replay) -> DeviceAnswer {
@@ -142,6 +158,7 @@ fn answered(
         Verdict::Agree => "right",
         Verdict::Tie => "right: another triangle at the same distance",
         Verdict::Grazing => "right: the ray passes an edge within rounding",
+        Verdict::Unsure => "right: rounding the instance's matrix decides",
         Verdict::Missed => "wrong: missed",
         Verdict::Farther => "wrong: a hit behind the nearest one",
         Verdict::False => "wrong: the ray does not meet this triangle there",
@@ -179,9 +196,14 @@ fn told(replayed: &Replayed, path: &Path, ray: &Ray) -> String {
         text.push_str(&format!("{:<9} {}: {}\n", device.name, names::escape(&device.told), device.verdict));
     }
     for c in &replayed.oracle {
-        let certain = if c.certain { "" } else { ", perhaps: within rounding of an edge or of an end" };
+        let near = match c.standing {
+            "hit" => "",
+            "bare-hit" => ", within rounding of an edge or of an end",
+            "bare-miss" => ", a miss within rounding of an edge or of an end",
+            _ => ", perhaps: rounding the instance's matrix decides",
+        };
         let at = text::interval(c.nearest, c.farthest);
-        text.push_str(&format!("oracle    triangle {} of instance {} at t = {at}{certain}\n", c.prim, c.instance));
+        text.push_str(&format!("oracle    triangle {} of instance {} at t = {at}{near}\n", c.prim, c.instance));
     }
     if replayed.oracle.is_empty() {
         text.push_str("oracle    nothing\n");

@@ -86,6 +86,7 @@ fn deviation(device: &DeviceOutcome) -> String {
     let differ = [
         (total.ties, "ties"),
         (total.grazing, "at edges passed within rounding"),
+        (total.unsure, "where rounding an instance's matrix decides"),
         (total.rounding, "in the last bits alone"),
         (total.unjudged, "not judged"),
     ];
@@ -96,17 +97,21 @@ fn deviation(device: &DeviceOutcome) -> String {
 }
 
 fn oracle(oracle: &OracleOutcome, plan: &Plan) -> String {
+    let tested =
+        format!("{} tested, each against the triangle that it names\n", counted(oracle.hits_tested, "hit", "hits"));
     let all = if oracle.rays == plan.rays { "all" } else { "a sample of" };
-    format!(
-        "brute force over {} triangles judges {all} {}: {} missed, {} farther, {} false; {}, {} grazing\n",
-        figures::count(oracle.triangles),
-        counted(oracle.rays, "ray", "rays"),
-        figures::count(oracle.missed),
-        figures::count(oracle.farther),
-        figures::count(oracle.false_hits),
-        counted(oracle.ties, "tie", "ties"),
-        figures::count(oracle.grazing),
-    )
+    tested
+        + &format!(
+            "brute force over {} triangles judges {all} {}: {} missed, {} farther, {} false; {}, {} grazing, {} unsure\n",
+            figures::count(oracle.triangles),
+            counted(oracle.rays, "ray", "rays"),
+            figures::count(oracle.missed),
+            figures::count(oracle.farther),
+            figures::count(oracle.false_hits),
+            counted(oracle.ties, "tie", "ties"),
+            figures::count(oracle.grazing),
+            figures::count(oracle.unsure),
+        )
 }
 
 fn same(a: &Mismatch, b: &Mismatch) -> bool {

@@ -17,5 +17,4 @@ static real over(real a, real b) { return a / b; }
 static bool less(real a, real b) { return a < b; }
 static bool at_most(real a, real b) { return a <= b; }
 static bool equal(real a, real b) { return a == b; }
-static bool is_nan(real a) { return a != a; }
 static real magnitude(real a) { return fabs(a); }

@@ -17,8 +17,8 @@ typedef struct {
 
 static void slab(real o, real d, real arithmetic, real back, float *near, float *far, float *inverse, uint *downward) {
     real length = magnitude(d);
-    real least = larger(times(length, real_of(0x36D0000000000000UL)), real_of(0x39B0000000000000UL)); // 2^-146, 2^-100
-    real pad = larger(arithmetic, least);
+    real pad = larger(arithmetic, times(length, real_of(0x36D0000000000000UL))); // 2^-146
+    pad = larger(pad, real_of(0x39B0000000000000UL));                            // 2^-100
     real far_pad = larger(pad, plus(pad, times(length, back)));
     bool down = less(d, real_of(0));
     *near = down ? round_down(minus(o, pad)) : round_up(plus(o, pad));
@@ -42,7 +42,7 @@ static Slabs slabs(Real3 origin, Real3 direction, Node root, float t_min) {
     plane = bigger(fabs(root.high.y), plane);
     plane = bigger(fabs(root.high.z), plane);
     real zero = real_of(0);
-    real coordinate = larger(larger(larger(zero, magnitude(origin.x)), magnitude(origin.y)), magnitude(origin.z));
+    real coordinate = larger(magnitude(origin.z), larger(magnitude(origin.y), larger(magnitude(origin.x), zero)));
     real arithmetic = times(real_of(0x3CF0000000000000UL), plus(widen(plane), coordinate)); // 2^-48
     real back = times(widen(t_min < 0 ? -t_min : 0.0f), real_of(0x3EC0000000000000UL));      // 2^-19
     Slabs s;

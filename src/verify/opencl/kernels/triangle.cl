@@ -85,9 +85,9 @@ static float next_up(float f) {
 }
 static float next_down(float f) { return -next_up(-f); }
 
-// f64 helpers. A NaN loses against a number.
-static real larger(real a, real b) { return less(b, a) || is_nan(b) ? a : b; }
-static real smaller(real a, real b) { return less(a, b) || is_nan(b) ? a : b; }
+// f64 helpers: the second where the first is no number.
+static real larger(real a, real b) { return less(b, a) ? a : b; }
+static real smaller(real a, real b) { return less(a, b) ? a : b; }
 static float round_down(real v) {
     float f = narrow(v);
     return (less(v, widen(f)) ? next_down(f) : f) + 0.0f;
@@ -132,7 +132,7 @@ static EdgeRay edge_ray(Real3 origin, Real3 direction) {
     ray.shear_x = narrow(over(ray.forward.x, ray.forward.z));
     ray.shear_y = narrow(over(ray.forward.y, ray.forward.z));
     Real3 moved = minus3(origin, widen3(ray.near_origin));
-    real most = larger(larger(larger(real_of(0), magnitude(moved.x)), magnitude(moved.y)), magnitude(moved.z));
+    real most = larger(magnitude(moved.z), larger(magnitude(moved.y), larger(magnitude(moved.x), real_of(0))));
     ray.slack = round_up(times(real_of(0x4008000000000000UL), most)); // 3
     return ray;
 }
@@ -227,7 +227,7 @@ static bool triangle(const Scene *scene, const EdgeRay *ray, ulong slot, uint in
     if ((less(u, zero) || less(v, zero) || less(w, zero)) && (less(zero, u) || less(zero, v) || less(zero, w)))
         return false;
     real sum = plus(plus(u, v), w);
-    if (equal(sum, zero))
+    if (!less(zero, magnitude(sum))) // Seen edge-on, or of no number.
         return false;
 
     // The distance of the triangle's plane, kept within the depths of its corners.
@@ -235,9 +235,10 @@ static bool triangle(const Scene *scene, const EdgeRay *ray, ulong slot, uint in
     Real3 n = { minus(times(e.y, f.z), times(e.z, f.y)), minus(times(e.z, f.x), times(e.x, f.z)),
                 minus(times(e.x, f.y), times(e.y, f.x)) };
     real ahead = dot3(n, minus3(p, ray->origin));
-    real z0 = over(a.z, d.z), z1 = over(b.z, d.z), z2 = over(c.z, d.z);
-    real first = smaller(smaller(z0, z1), z2), last = larger(larger(z0, z1), z2);
-    real t = plus(smaller(larger(over(ahead, dot3(n, ray->direction)), first), last), zero);
+    real low = smaller(smaller(a.z, b.z), c.z), high = larger(larger(a.z, b.z), c.z);
+    bool back = less(d.z, zero);
+    real near = over(back ? high : low, d.z), far = over(back ? low : high, d.z);
+    real t = plus(smaller(larger(over(ahead, dot3(n, ray->direction)), near), far), zero);
     if (!(at_most(widen(t_min), t) && at_most(t, best->t)))
         return false;
 
