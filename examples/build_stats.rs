@@ -99,7 +99,7 @@ fn ray_cost(scene: &Scene, tree: Tree, rays: usize) -> f64 {
     let (view, sampler) = (image.view(), Sampler::new(scene));
     let mut counters = Counters::default();
     let mut traced = 0;
-    for (set, any) in [(RaySet::Chords, false), (RaySet::Bounce, false), (RaySet::Occlusion, true)] {
+    for (set, any) in [(RaySet::Uniform, false), (RaySet::Bounce, false), (RaySet::Shadow, true)] {
         for ray in sampler.rays(set, rays, 1) {
             traced += 1;
             if any {

@@ -50,7 +50,7 @@ fn escapes(scene: &Scene, triangles: TriangleArithmetic) -> usize {
             let target = [0, 1, 2].map(|k| c[a][k] + s * (c[b][k] - c[a][k]));
             let origin = [0; 3].map(|_| (random.unit() - 0.5) as f32);
             let ray = Ray::new(origin, [0, 1, 2].map(|k| target[k] - origin[k]));
-            let hit = closest_hit_by(by, &image.view(), &ray, &mut NoObserver).expect("a well-formed tree");
+            let hit = closest_hit_by(by, &image.view(), &ray).expect("a well-formed tree");
             escaped += usize::from(hit.is_none());
         }
     }
@@ -114,7 +114,7 @@ fn the_last_combination_is_the_default_traversal() {
     assert_eq!(Arithmetic::all().last(), Some(Arithmetic::OURS));
     for set in RaySet::ALL {
         for ray in sampler.rays(set, 200, 9) {
-            let hit = closest_hit_by(Arithmetic::OURS, &image.view(), &ray, &mut NoObserver);
+            let hit = closest_hit_by(Arithmetic::OURS, &image.view(), &ray);
             assert_eq!(hit, try_closest_hit(&image.view(), &ray, &mut NoObserver));
             assert_eq!(hit, Ok(closest_hit(&image.view(), &ray)));
         }

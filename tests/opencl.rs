@@ -7,7 +7,7 @@ use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset, co
 use bvhc::cache::Image;
 use bvhc::geom::{Affine, Ray};
 use bvhc::scene::{Instance, Mesh, Part, ReadOptions, Scene, read};
-use bvhc::trace::rays::{Random, RaySet, Sampler};
+use bvhc::trace::rays::{Random, Sampler};
 use bvhc::verify::opencl::{Context, Fault, OpenCl, Options, list_devices, preferred};
 use bvhc::verify::{Cpu, Device, DeviceError, HitRecord, Query};
 use std::path::{Path, PathBuf};
@@ -45,8 +45,7 @@ fn build(scene: &Scene, method: Method, levels: Levels) -> Image {
 
 /// Rays of every set.
 fn all_rays(scene: &Scene, count: usize) -> Vec<Ray> {
-    let sampler = Sampler::new(scene);
-    RaySet::ALL.iter().flat_map(|&set| sampler.rays(set, count.div_ceil(RaySet::ALL.len()), 7)).collect()
+    Sampler::new(scene).mixed(count as u64, 7)
 }
 
 fn sample(name: &str) -> Scene {

@@ -106,13 +106,13 @@ impl Affine {
 /// The largest `f32` that is not above `v`; zero is always positive.
 pub(crate) fn round_down(v: f64) -> f32 {
     let f = v as f32;
-    (if f64::from(f) > v { f32::from_bits(f.to_bits().wrapping_sub(outward(f))) } else { f }) + 0.0
+    f32::from_bits(f.to_bits().wrapping_sub(outward(f) * u32::from(f64::from(f) > v))) + 0.0
 }
 
 /// The smallest `f32` that is not below `v`; zero is always positive.
 pub(crate) fn round_up(v: f64) -> f32 {
     let f = v as f32;
-    (if f64::from(f) < v { f32::from_bits(f.to_bits().wrapping_add(outward(f))) } else { f }) + 0.0
+    f32::from_bits(f.to_bits().wrapping_add(outward(f) * u32::from(f64::from(f) < v))) + 0.0
 }
 
 /// What added to a number's bits gives the next one upward: 1, and −1 below zero, where bits grow downward. A zero has the sign of what was

@@ -99,7 +99,8 @@ impl EdgeRay {
         let bound = lanes::add(lanes::mul(reach, q_error), lanes::mul(q_reach, error));
         let bound = lanes::add(bound, lanes::splat(UNDERFLOW));
         let side = lanes::sub(lanes::mul(x, qy), lanes::mul(y, qx));
-        lanes::less(bound, side) != 0 && lanes::less(side, lanes::negated(bound)) != 0
+        let (left, right) = (lanes::less(bound, side), lanes::less(side, lanes::negated(bound)));
+        (left != 0) & (right != 0)
     }
 
     /// Where the ray's line crosses the triangle, edges and corners included. A triangle seen edge-on has no crossing.
@@ -120,11 +121,10 @@ impl EdgeRay {
         let (a, b, c) = (sheared(&triangle.v0), sheared(&triangle.v1), sheared(&triangle.v2));
         let edge = |p: (f64, f64, f64), q: (f64, f64, f64)| p.0 * q.1 - p.1 * q.0;
         let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
-        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-            return None;
-        }
+
+        // One question instead of six, since no processor guesses signs. A triangle of no number has no crossing.
         let sum = u + v + w;
-        if sum == 0.0 {
+        if ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0)) | !(sum.abs() > 0.0) {
             return None;
         }
 

@@ -87,18 +87,21 @@ impl<R: Rule> Slabs<R> {
         let plane = bounds.min.into_iter().chain(bounds.max).fold(0.0, |m, v| larger(f64::from(v).abs(), m));
         let coordinate = origin.into_iter().fold(0.0, |m, v| larger(v.abs(), m));
         let arithmetic = TWO_TO_MINUS_48 * (plane + coordinate);
-        let back = f64::from(-t_min.min(0.0)) * (32.0 * f64::from(f32::EPSILON / 2.0));
+        let behind = f64::from(-t_min.min(0.0)) * (32.0 * f64::from(f32::EPSILON / 2.0));
         let (mut near, mut far, mut inverses) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         let mut enters_high = [0.0; 4];
         for axis in 0..3 {
             let (o, d) = (origin[axis], direction[axis]);
             let pad = larger(larger(arithmetic, d.abs() * TWO_TO_MINUS_146), TWO_TO_MINUS_100);
-            let far_pad = larger(pad, pad + d.abs() * back);
+            let far_pad = larger(pad, pad + d.abs() * behind);
 
-            // A ray that goes downward is one that goes upward in a mirror; adding zero makes all zeros positive.
-            let (flipped, sign, mirror) = if d < 0.0 { (u32::MAX, -1.0, -1.0) } else { (0, 1.0, 1.0) };
-            near[axis] = sign * round_up(mirror * o + pad) + 0.0;
-            far[axis] = sign * round_down(mirror * o - far_pad) + 0.0;
+            // A ray that goes downward is one that goes upward in a mirror, with signs exchanged in bits, since no processor guesses
+            // them. Adding zero makes all zeros positive.
+            let flipped = u32::from(d < 0.0).wrapping_neg();
+            let mirrored = f64::from_bits(o.to_bits() ^ u64::from(flipped) << 63);
+            let back = |v: f32| f32::from_bits(v.to_bits() ^ flipped << 31) + 0.0;
+            near[axis] = back(round_up(mirrored + pad));
+            far[axis] = back(round_down(mirrored - far_pad));
             enters_high[axis] = f32::from_bits(flipped);
             let inverse = (1.0 / d) as f32;
             let usable = inverse.abs() >= f32::MIN_POSITIVE && inverse.abs() < f32::INFINITY;

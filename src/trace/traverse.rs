@@ -26,25 +26,25 @@ pub fn any_hit(view: &View<'_>, ray: &Ray) -> bool {
 
 /// [`closest_hit`] with an error for a malformed tree and with an observer that counts.
 pub fn try_closest_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<Option<Hit>, Malformed> {
-    trace::<false, EdgeRay, Conservative>(view, ray, observer)
+    trace::<false, EdgeRay, Conservative, _>(view, ray, observer)
 }
 
 /// [`any_hit`] with an error for a malformed tree and with an observer that counts.
 pub fn try_any_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<bool, Malformed> {
-    Ok(trace::<true, EdgeRay, Conservative>(view, ray, observer)?.is_some())
+    Ok(trace::<true, EdgeRay, Conservative, _>(view, ray, observer)?.is_some())
 }
 
 /// 2¹²⁶. Beyond, a ray parallel to a slab could not be told from one that reaches it late.
-const FARTHEST: f32 = f32::from_bits((127 + 126) << 23);
+pub(super) const FARTHEST: f32 = f32::from_bits((127 + 126) << 23);
 
 /// Most references that a leaf may have by the file's rules.
 const MAX_LEAF: u32 = 255;
 
 /// Closest hit, or with `ANY` the first one found, by the triangle test `T` and the box test under rule `R`.
-pub(super) fn trace<const ANY: bool, T: TriangleTest, R: Rule>(
+pub(super) fn trace<const ANY: bool, T: TriangleTest, R: Rule, O: Observer>(
     view: &View<'_>,
     ray: &Ray,
-    observer: &mut impl Observer,
+    observer: &mut O,
 ) -> Result<Option<Hit>, Malformed> {
     let usable = ray.origin.iter().chain(&ray.direction).all(|v| v.is_finite())
         && ray.direction != [0.0; 3]
@@ -225,7 +225,12 @@ fn walk<T, R: Rule, O: Observer>(
                 near.swap(0, 1);
             }
             observer.pair(first, near, hits);
-            if hits == 0b11 {
+            // Asked bit by bit: a choice of four at once would become a jump through a table.
+            if hits & 0b01 != 0 {
+                if hits & 0b10 == 0 {
+                    (first, count) = (pair[0].first, pair[0].count);
+                    continue;
+                }
                 if depth >= STACK {
                     return too_deep();
                 }
@@ -239,10 +244,8 @@ fn walk<T, R: Rule, O: Observer>(
                 }
                 depth += 1;
                 continue;
-            } else if hits == 0b01 {
-                (first, count) = (pair[0].first, pair[0].count);
-                continue;
-            } else if hits != 0 {
+            }
+            if hits & 0b10 != 0 {
                 keep_branch();
                 (first, count) = (pair[1].first, pair[1].count);
                 continue;

@@ -8,8 +8,8 @@ mod watertight;
 
 use super::hit::{Hit, Malformed};
 use super::intersect::EdgeRay;
-use super::observe::Observer;
-use super::slab::{Conservative, Plain, Rule, TwoUlps};
+use super::observe::{Counters, NoObserver, Observer};
+use super::slab::{Conservative, Plain, TwoUlps};
 use super::traverse::trace;
 use crate::cache::{InstanceRecord, TriangleRecord, View};
 use crate::geom::Ray;
@@ -95,41 +95,44 @@ impl Arithmetic {
 }
 
 /// [`try_closest_hit`](super::try_closest_hit) by another arithmetic.
-pub fn closest_hit_by(
+pub fn closest_hit_by(arithmetic: Arithmetic, view: &View<'_>, ray: &Ray) -> Result<Option<Hit>, Malformed> {
+    by_triangles(arithmetic, view, ray, &mut NoObserver)
+}
+
+/// What [`closest_hit_by`] visits.
+pub fn visits_by(arithmetic: Arithmetic, view: &View<'_>, ray: &Ray) -> Result<Counters, Malformed> {
+    let mut counters = Counters::default();
+    by_triangles(arithmetic, view, ray, &mut counters)?;
+    Ok(counters)
+}
+
+fn by_triangles<O: Observer>(
     arithmetic: Arithmetic,
     view: &View<'_>,
     ray: &Ray,
-    observer: &mut impl Observer,
+    observer: &mut O,
 ) -> Result<Option<Hit>, Malformed> {
+    let boxes = arithmetic.boxes;
     match arithmetic.triangles {
         TriangleArithmetic::MollerTrumboreEpsilon => {
-            by_boxes::<MollerTrumbore<Published>>(arithmetic.boxes, view, ray, observer)
+            by_boxes::<MollerTrumbore<Published>, O>(boxes, view, ray, observer)
         }
-        TriangleArithmetic::MollerTrumbore => {
-            by_boxes::<MollerTrumbore<AnyDeterminant>>(arithmetic.boxes, view, ray, observer)
-        }
-        TriangleArithmetic::Watertight => by_boxes::<Watertight>(arithmetic.boxes, view, ray, observer),
-        TriangleArithmetic::Double => by_boxes::<EdgeRay>(arithmetic.boxes, view, ray, observer),
+        TriangleArithmetic::MollerTrumbore => by_boxes::<MollerTrumbore<AnyDeterminant>, O>(boxes, view, ray, observer),
+        TriangleArithmetic::Watertight => by_boxes::<Watertight, O>(boxes, view, ray, observer),
+        TriangleArithmetic::Double => by_boxes::<EdgeRay, O>(boxes, view, ray, observer),
     }
 }
 
-fn by_boxes<T: TriangleTest>(
+fn by_boxes<T: TriangleTest, O: Observer>(
     boxes: BoxArithmetic,
     view: &View<'_>,
     ray: &Ray,
-    observer: &mut impl Observer,
+    observer: &mut O,
 ) -> Result<Option<Hit>, Malformed> {
-    fn go<T: TriangleTest, R: Rule>(
-        view: &View<'_>,
-        ray: &Ray,
-        observer: &mut impl Observer,
-    ) -> Result<Option<Hit>, Malformed> {
-        trace::<false, T, R>(view, ray, observer)
-    }
     match boxes {
-        BoxArithmetic::Plain => go::<T, Plain>(view, ray, observer),
-        BoxArithmetic::TwoUlps => go::<T, TwoUlps>(view, ray, observer),
-        BoxArithmetic::Conservative => go::<T, Conservative>(view, ray, observer),
+        BoxArithmetic::Plain => trace::<false, T, Plain, O>(view, ray, observer),
+        BoxArithmetic::TwoUlps => trace::<false, T, TwoUlps, O>(view, ray, observer),
+        BoxArithmetic::Conservative => trace::<false, T, Conservative, O>(view, ray, observer),
     }
 }
 
