@@ -37,6 +37,7 @@ mod hit;
 mod intersect;
 mod lanes;
 mod observe;
+pub mod probe;
 pub mod rays;
 mod slab;
 mod traverse;
