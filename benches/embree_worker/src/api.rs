@@ -1,0 +1,95 @@
+//! The part of Embree 4's public builder interface (`rtcore_builder.h`) that the worker calls, declared by hand.
+
+use std::ffi::{c_char, c_int, c_uint, c_void};
+
+pub type Device = *mut c_void;
+pub type Bvh = *mut c_void;
+pub type Allocator = *mut c_void;
+
+pub const QUALITY_LOW: c_int = 0;
+pub const QUALITY_MEDIUM: c_int = 1;
+pub const QUALITY_HIGH: c_int = 2;
+
+/// `RTCBuildPrimitive`.
+#[repr(C, align(32))]
+#[derive(Clone, Copy, Default)]
+pub struct Primitive {
+    pub lower: [f32; 3],
+    pub geometry: c_uint,
+    pub upper: [f32; 3],
+    pub primitive: c_uint,
+}
+
+/// `RTCBounds`.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Default)]
+pub struct Bounds {
+    pub lower: [f32; 3],
+    pub pad0: f32,
+    pub upper: [f32; 3],
+    pub pad1: f32,
+}
+
+pub type CreateNode = unsafe extern "C" fn(Allocator, c_uint, *mut c_void) -> *mut c_void;
+pub type SetNodeChildren = unsafe extern "C" fn(*mut c_void, *mut *mut c_void, c_uint, *mut c_void);
+pub type SetNodeBounds = unsafe extern "C" fn(*mut c_void, *const *const Bounds, c_uint, *mut c_void);
+pub type CreateLeaf = unsafe extern "C" fn(Allocator, *const Primitive, usize, *mut c_void) -> *mut c_void;
+pub type SplitPrimitive = unsafe extern "C" fn(*const Primitive, c_uint, f32, *mut Bounds, *mut Bounds, *mut c_void);
+pub type Progress = unsafe extern "C" fn(*mut c_void, f64) -> bool;
+
+/// `RTCBuildArguments`.
+#[repr(C)]
+pub struct BuildArguments {
+    pub byte_size: usize,
+    pub quality: c_int,
+    pub flags: c_int,
+    pub max_branching_factor: c_uint,
+    pub max_depth: c_uint,
+    pub sah_block_size: c_uint,
+    pub min_leaf_size: c_uint,
+    pub max_leaf_size: c_uint,
+    pub traversal_cost: f32,
+    pub intersection_cost: f32,
+    pub bvh: Bvh,
+    pub primitives: *mut Primitive,
+    pub primitive_count: usize,
+    pub primitive_array_capacity: usize,
+    pub create_node: CreateNode,
+    pub set_node_children: SetNodeChildren,
+    pub set_node_bounds: SetNodeBounds,
+    pub create_leaf: CreateLeaf,
+    pub split_primitive: Option<SplitPrimitive>,
+    pub build_progress: Option<Progress>,
+    pub user: *mut c_void,
+}
+
+/// The functions, looked up once. The library stays loaded for as long as the process lives.
+#[derive(Clone, Copy)]
+pub struct Library {
+    pub new_device: unsafe extern "C" fn(*const c_char) -> Device,
+    pub device_error: unsafe extern "C" fn(Device) -> c_int,
+    pub new_bvh: unsafe extern "C" fn(Device) -> Bvh,
+    pub build: unsafe extern "C" fn(*const BuildArguments) -> *mut c_void,
+    pub release_bvh: unsafe extern "C" fn(Bvh),
+    pub allocate: unsafe extern "C" fn(Allocator, usize, usize) -> *mut c_void,
+}
+
+impl Library {
+    pub fn load(path: &str) -> Result<Library, libloading::Error> {
+        // SAFETY: the user names a library that is Embree 4; its initialisers are run as by any program linked with it, and the
+        // types above are those of its public headers.
+        unsafe {
+            let library = libloading::Library::new(path)?;
+            let functions = Library {
+                new_device: *library.get(b"rtcNewDevice\0")?,
+                device_error: *library.get(b"rtcGetDeviceError\0")?,
+                new_bvh: *library.get(b"rtcNewBVH\0")?,
+                build: *library.get(b"rtcBuildBVH\0")?,
+                release_bvh: *library.get(b"rtcReleaseBVH\0")?,
+                allocate: *library.get(b"rtcThreadLocalAlloc\0")?,
+            };
+            std::mem::forget(library);
+            Ok(functions)
+        }
+    }
+}

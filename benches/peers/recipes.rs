@@ -1,0 +1,63 @@
+//! Our recipes by the flags that a user would type.
+
+use bvhc::build::{BuildOptions, Levels};
+use bvhc::cli::commands::build::options::TreeArgs;
+use clap::Parser;
+
+/// A line here is all that a new recipe needs: its name, and the flags of `bvhc build` that it stands for.
+const RECIPES: &[(&str, &str)] = &[
+    ("draft", "--preset draft"),
+    ("draft + 2 rounds", "--preset draft --reinsert 2"),
+    ("binned", "--preset draft --method binned --bins 16"),
+    ("bonsai", "--method bonsai"),
+    ("bonsai + 2 rounds", "--method bonsai --reinsert 2"),
+    ("bonsai + 8 rounds", "--method bonsai --reinsert 8"),
+    ("cut bonsai", "--method bonsai --presplit 0.3"),
+    ("cut bonsai + 8 rounds", "--method bonsai --presplit 0.3 --reinsert 8"),
+    ("sweep", "--method sweep"),
+    ("sweep + 8 rounds", "--method sweep --reinsert 8"),
+    ("cut sweep + 8 rounds", "--method sweep --presplit 0.3 --reinsert 8"),
+    ("agglomerative", "--method agglomerative"),
+    ("agglomerative + 8 rounds", "--method agglomerative --reinsert 8"),
+    ("balanced", "--preset balanced"),
+    ("balanced + 2 rounds", "--preset balanced --reinsert 2"),
+    ("balanced + 8 rounds", "--preset balanced --reinsert 8"),
+    ("best", "--preset best"),
+    ("best + 8 rounds", "--preset best --reinsert 8"),
+    ("best + 20 rounds, collapsed", "--preset best --reinsert 20 --collapse"),
+];
+
+pub struct Recipe {
+    pub name: String,
+    pub options: BuildOptions,
+}
+
+#[derive(Parser)]
+struct Flags {
+    #[command(flatten)]
+    tree: TreeArgs,
+}
+
+/// The listed recipes whose names are wanted (all if none is), and those given as `NAME=FLAGS`.
+pub fn recipes(wanted: &[String], given: &[String]) -> Result<Vec<Recipe>, String> {
+    let mut out = Vec::new();
+    let listed = RECIPES.iter().map(|(name, flags)| (name.to_string(), flags.to_string()));
+    for (name, flags) in listed.filter(|(name, _)| wanted.is_empty() || wanted.contains(name)) {
+        out.push(parse(name, &flags)?);
+    }
+    for text in given {
+        let (name, flags) = text.split_once('=').ok_or_else(|| format!("--recipe {text}: it takes NAME=FLAGS"))?;
+        out.push(parse(name.trim().to_string(), flags)?);
+    }
+    let names: Vec<&str> = RECIPES.iter().map(|r| r.0).collect();
+    match wanted.iter().find(|w| !names.contains(&w.as_str())) {
+        Some(unknown) => Err(format!("no recipe is called {unknown}; there are {}", names.join(", "))),
+        None => Ok(out),
+    }
+}
+
+fn parse(name: String, flags: &str) -> Result<Recipe, String> {
+    let args = std::iter::once("peers").chain(flags.split_whitespace());
+    let flags = Flags::try_parse_from(args).map_err(|e| format!("recipe {name}: {e}"))?;
+    Ok(Recipe { name, options: BuildOptions { levels: Levels::One, ..flags.tree.resolve() } })
+}
