@@ -12,7 +12,7 @@ use bvhc::trace::rays::grid::GridScene;
 use bvhc::trace::rays::{Random, Sampler};
 use bvhc::trace::{any_hit, closest_hit};
 use common::meshes::{cube, place, scene_of, sphere, visible};
-use std::path::{Path, PathBuf};
+use common::scenes::{model_files, real_scenes, samples_dir};
 
 fn options(method: Method, levels: Levels) -> BuildOptions {
     BuildOptions { method, levels, ..BuildOptions::preset(Preset::Best) }
@@ -107,28 +107,9 @@ fn assert_right(name: &str, build: &str, tally: &Tally) {
     assert!(tally.wrong() == 0, "{name}, {build}: {} wrong; the first: {:#?}", tally.wrong(), tally.first_wrong);
 }
 
-fn samples() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("samples")
-}
-
-fn model_files(dir: &Path, out: &mut Vec<PathBuf>) {
-    let mut entries: Vec<PathBuf> =
-        std::fs::read_dir(dir).expect("a folder").map(|e| e.expect("an entry").path()).collect();
-    entries.sort();
-    for path in entries {
-        let corner = path.file_name().is_some_and(|n| n == "obj_corner" || n == "gltf_corner");
-        if path.is_dir() && !corner {
-            model_files(&path, out);
-        } else if path.extension().is_some_and(|e| e == "obj" || e == "gltf" || e == "glb") {
-            out.push(path);
-        }
-    }
-}
-
 #[test]
 fn samples_agree_with_brute_force() {
-    let mut files = Vec::new();
-    model_files(&samples(), &mut files);
+    let mut files = model_files(&samples_dir());
     files.retain(|f| !f.to_string_lossy().contains("frame") || f.to_string_lossy().contains("0000"));
     assert!(files.len() >= 5, "{files:?}");
     for file in files {
@@ -143,9 +124,7 @@ fn samples_agree_with_brute_force() {
 #[test]
 #[ignore = "long: every sample with 100 000 rays"]
 fn long_samples_agree_with_brute_force() {
-    let mut files = Vec::new();
-    model_files(&samples(), &mut files);
-    for file in files {
+    for file in model_files(&samples_dir()) {
         let scene = read(&file, &ReadOptions::default()).expect("a scene");
         judge(&file.file_name().expect("a name").to_string_lossy(), scene, 100_000);
     }
@@ -154,35 +133,14 @@ fn long_samples_agree_with_brute_force() {
 #[test]
 #[ignore = "long: every real scene with 100 000 rays"]
 fn long_real_scenes_agree_with_brute_force() {
-    let Some(models) = common::models_dir() else { return };
-    let mut files = Vec::new();
-    model_files(&models, &mut files);
-    let files = without_most_frames(files);
-    let only = std::env::var("BVHC_ONLY").unwrap_or_default();
-    for file in files.iter().filter(|f| f.to_string_lossy().contains(&only)) {
-        let name = file.strip_prefix(&models).expect("a model").to_string_lossy().into_owned();
+    let Some(files) = real_scenes() else { return };
+    for (name, file) in &files {
         match read(file, &ReadOptions::default()) {
             Ok(scene) if scene.instances.is_empty() => println!("{name}: no triangles"),
-            Ok(scene) => judge(&name, scene, 100_000),
+            Ok(scene) => judge(name, scene, 100_000),
             Err(e) => panic!("{name}: {e}"),
         }
     }
-}
-
-/// The first, the middle and the last frame of each sequence, and every other file.
-fn without_most_frames(files: Vec<PathBuf>) -> Vec<PathBuf> {
-    let is_frame =
-        |f: &Path| f.parent().and_then(Path::file_name).is_some_and(|n| n.to_string_lossy().starts_with("seq_"));
-    let mut out = Vec::new();
-    for folder in files.chunk_by(|a, b| a.parent() == b.parent()) {
-        match folder {
-            [first, .., last] if is_frame(first) => {
-                out.extend([first, &folder[folder.len() / 2], last].map(PathBuf::clone))
-            }
-            _ => out.extend_from_slice(folder),
-        }
-    }
-    out
 }
 
 /// From points inside of a closed mesh, shoot at every vertex, at every edge's midpoint and at random points of edges: a ray

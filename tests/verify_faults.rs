@@ -1,23 +1,18 @@
 //! Faults planted in files and in traversals are found within the default ray budget, on the CPU and on OpenCL, and the report names the
 //! record that is to blame.
 
-#[path = "common/faults.rs"]
-mod faults;
+mod common;
 
 use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset, compile};
 use bvhc::cache::{Cache, Image, Meta, OpenOptions, View, WriteOptions, to_bytes};
 use bvhc::geom::Ray;
-use bvhc::scene::{ReadOptions, Scene, read};
+use bvhc::scene::Scene;
 use bvhc::trace::rays::RaySet;
 use bvhc::trace::{Fault as Mistake, Observer, try_any_hit, try_closest_hit};
 use bvhc::verify::{Class, Cpu, Device, DeviceError, HitRecord, Outcome, Plan, Query, Subject, run, scene_of_file};
-use faults::{Fault, plant};
-use std::path::Path;
-
-fn sample(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples").join(name);
-    read(&path, &ReadOptions::default()).expect("a scene")
-}
+use common::devices::{opencl, others};
+use common::faults::{Fault, plant};
+use common::scenes::sample;
 
 fn build(scene: &Scene) -> Image {
     let levels = if scene.instances.len() > 1 { Levels::Two } else { Levels::One };
@@ -41,38 +36,6 @@ fn aimed() -> Plan {
     let all = Plan::default();
     let at = all.sets.iter().position(|set| *set == RaySet::Triangles).expect("a default set");
     Plan { rays: all.rays_of(at), sets: vec![RaySet::Triangles], ..plan() }
-}
-
-/// The OpenCL device that a user would get. It stays open to the end of the process.
-#[cfg(feature = "opencl")]
-fn opencl(options: bvhc::verify::opencl::Options) -> Option<&'static bvhc::verify::opencl::Context> {
-    use bvhc::verify::opencl::{Context, list_devices, preferred};
-    match list_devices() {
-        Ok(devices) => {
-            let best = preferred(&devices).expect("a usable device").index;
-            Some(Box::leak(Box::new(Context::open(best, options).expect("it opens"))))
-        }
-        Err(DeviceError::NoLibrary { .. } | DeviceError::NoDevice { .. }) => {
-            println!("skipped on OpenCL: there is no device");
-            None
-        }
-        Err(error) => panic!("{error}"),
-    }
-}
-
-#[cfg(feature = "opencl")]
-fn others(view: View<'_>) -> Vec<Box<dyn Device + '_>> {
-    use bvhc::verify::opencl::OpenCl;
-    opencl(Default::default())
-        .into_iter()
-        .map(|c| Box::new(OpenCl::new(c, view).expect("it fits")) as Box<dyn Device + '_>)
-        .collect()
-}
-
-#[cfg(not(feature = "opencl"))]
-fn others(_: View<'_>) -> Vec<Box<dyn Device + '_>> {
-    println!("skipped on OpenCL: this build has none");
-    Vec::new()
 }
 
 fn verify(plan: &Plan, cache: &Cache, scene: &Scene) -> Outcome {

@@ -2,8 +2,6 @@
 
 #[path = "../common/mod.rs"]
 mod common;
-#[path = "../common/faults.rs"]
-mod faults;
 
 mod accuracy;
 mod build;

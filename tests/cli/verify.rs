@@ -1,6 +1,6 @@
 //! `verify`: verdicts, reports, single rays, devices. Faults themselves are the matter of `tests/verify_faults.rs`.
 
-use crate::faults::{Fault, plant};
+use crate::common::faults::{Fault, plant};
 use crate::{Place, Said, repository, said};
 use bvhc::cache::{Cache, Image, Meta, WriteOptions, write_file};
 

@@ -1,6 +1,4 @@
 //! Mistakes planted in the records of a sound image, each as a builder, a writer or a disk might make it.
-#![allow(dead_code)]
-
 use bvhc::cache::{Image, TriangleRecord};
 use bvhc::geom::Aabb;
 use bvhc::tree::Node;

@@ -1,7 +1,10 @@
 //! What the integration tests share.
 #![allow(dead_code)]
 
+pub mod devices;
+pub mod faults;
 pub mod meshes;
+pub mod scenes;
 pub mod vectors;
 
 use std::path::PathBuf;
