@@ -257,6 +257,7 @@ fn what_makes_no_sense_is_a_usage_error() {
         "verify",
         "verify a --device gpu",
         "verify a --rays many",
+        "verify a --rays 0",
         "verify a --rays-from nowhere",
         "verify a --allow-outside",
     ] {

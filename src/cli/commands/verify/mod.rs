@@ -55,7 +55,7 @@ pub struct VerifyArgs {
     #[arg(long)]
     require_device: bool,
     /// Rays to trace, in equal shares from every set, but for a hundredth of one from `far` [default: 1M; with --accuracy at most 100k, fewer in large scenes]
-    #[arg(long, value_name = "N", value_parser = figures::parse_count)]
+    #[arg(long, value_name = "N", value_parser = ray_count)]
     rays: Option<u64>,
     /// Equal seeds give equal rays
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -96,6 +96,14 @@ enum ReferenceName {
 /// What a name of `--rays-from` stands for.
 #[derive(Clone, Debug, PartialEq)]
 struct Sets(Vec<RaySet>);
+
+/// No rays prove nothing.
+fn ray_count(text: &str) -> Result<u64, String> {
+    match figures::parse_count(text)? {
+        0 => Err("no ray proves nothing; write 1 or more".to_string()),
+        count => Ok(count),
+    }
+}
 
 fn set_names() -> String {
     SETS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
