@@ -62,7 +62,7 @@ fn assert_same(name: &str, opencl: &mut OpenCl<'_>, image: &Image, rays: &[Ray])
 fn the_device_computes_as_ieee_754_says() {
     for context in [native(), soft()].into_iter().flatten() {
         let image = build(&sample("pillar.obj"), Method::Binned, Levels::One);
-        let opencl = OpenCl::new(&context, image.view()).expect("memory");
+        let opencl = OpenCl::new(context, image.view()).expect("memory");
         println!("{}: {}", opencl.name(), opencl.description());
         if context.info().name.contains("pthread") {
             assert_eq!(opencl.deviation(), None);
@@ -105,7 +105,7 @@ fn brute_force_agrees_with_the_tree() {
         let rays = all_rays(&scene, count);
         for method in [Method::Binned, Method::Sbvh] {
             let image = build(&scene, method, levels);
-            let mut opencl = OpenCl::new(&context, image.view()).expect("memory");
+            let mut opencl = OpenCl::new(context, image.view()).expect("memory");
             let brute = without_slot(&opencl.brute_force(&rays).expect("hits"));
             let want = without_slot(&Cpu::new(image.view()).trace(&rays, Query::Closest).expect("a tree"));
             assert_equal(file, &opencl, &rays, &brute, &want);
@@ -193,7 +193,7 @@ fn sections_larger_than_a_buffer_are_cut_and_what_cannot_fit_is_refused() {
         let Some(context) = opencl(Options { max_allocation: Some(largest / 4), copy, ..Options::default() }) else {
             return;
         };
-        let mut opencl = OpenCl::new(&context, view).expect("it is cut");
+        let mut opencl = OpenCl::new(context, view).expect("it is cut");
         assert_same("cut", &mut opencl, &image, &rays);
         let brute = without_slot(&opencl.brute_force(&rays).expect("hits"));
         let want = without_slot(&Cpu::new(view).trace(&rays, Query::Closest).expect("a tree"));
@@ -201,7 +201,7 @@ fn sections_larger_than_a_buffer_are_cut_and_what_cannot_fit_is_refused() {
         assert_eq!(opencl.copied_bytes() > 0, copy || !context.info().unified_memory);
     }
     let Some(context) = opencl(Options { max_allocation: Some(largest / 64), ..Options::default() }) else { return };
-    match OpenCl::new(&context, view) {
+    match OpenCl::new(context, view) {
         Err(DeviceError::OutOfMemory { needed, available, .. }) => assert!(needed > available),
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("it fits"),
@@ -216,7 +216,7 @@ fn mistakes_in_the_kernel_show() {
     let want = Cpu::new(image.view()).trace(&rays, Query::Closest).expect("a tree");
     for fault in [Fault::DroppedChild, Fault::WrongOctant] {
         let Some(context) = opencl(Options { fault: Some(fault), ..Options::default() }) else { return };
-        let got = OpenCl::new(&context, image.view()).expect("memory").trace(&rays, Query::Closest).expect("a tree");
+        let got = OpenCl::new(context, image.view()).expect("memory").trace(&rays, Query::Closest).expect("a tree");
         let wrong = got.iter().zip(&want).filter(|(a, b)| a != b).count();
         assert!(wrong > rays.len() / 100, "{fault:?}: {wrong}");
     }
