@@ -24,7 +24,7 @@ const RECIPES: &[(&str, &str)] = &[
     ("balanced + 8 rounds", "--preset balanced --reinsert 8"),
     ("best", "--preset best"),
     ("best + 8 rounds", "--preset best --reinsert 8"),
-    ("best + 20 rounds, collapsed", "--preset best --reinsert 20 --collapse"),
+    ("best + 20 rounds + collapse", "--preset best --reinsert 20 --collapse"),
 ];
 
 pub struct Recipe {

@@ -134,7 +134,8 @@ pub fn csv(scenes: &[Measured]) -> String {
                    primary_mrays,diffuse_mrays,occlusion_mrays\n"
         .to_string();
     for (scene, row) in scenes.iter().flat_map(|s| s.trees.iter().map(move |row| (s, row))) {
-        let mut cells = vec![scene.name.clone(), scene.triangles.to_string(), row.family.clone(), row.setting.clone()];
+        let setting = format!("\"{}\"", row.setting.replace('"', "\"\""));
+        let mut cells = vec![scene.name.clone(), scene.triangles.to_string(), row.family.clone(), setting];
         cells.extend(row.ms.iter().map(f64::to_string));
         cells.extend([row.refs_per_triangle.to_string(), row.depth.to_string()]);
         cells.extend([row.sah, row.epo, row.epo_standard_error].map(|v| v.to_string()));
