@@ -10,7 +10,9 @@ use bvhc::scene::Scene;
 use bvhc::trace::rays::RaySet;
 use bvhc::trace::{Fault as Mistake, Observer, try_any_hit, try_closest_hit};
 use bvhc::verify::{Class, Cpu, Device, DeviceError, HitRecord, Outcome, Plan, Query, Subject, run, scene_of_file};
-use common::devices::{opencl, others};
+#[cfg(feature = "opencl")]
+use common::devices::opencl;
+use common::devices::others;
 use common::faults::{Fault, plant};
 use common::scenes::sample;
 
