@@ -4,7 +4,7 @@
 //! with the default preset, and measured as `bvhc verify --accuracy` does it. Prints Markdown: a line per scene, and the arithmetics over all
 //! scenes together.
 
-use bvhc::build::{BuildOptions, Executor, NoProgress, Preset, compile};
+use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset, compile};
 use bvhc::cache::Image;
 use bvhc::report::accuracy::chart;
 use bvhc::scene::{ReadOptions, Scene, read};
@@ -55,7 +55,7 @@ fn report_of(mut scene: Scene, how: &Measure) -> Result<Report, Box<dyn Error>> 
     // A cache leaves instances of empty meshes out, and numbers the others.
     let Scene { meshes, instances, .. } = &mut scene;
     instances.retain(|i| !meshes[i.mesh as usize].triangles.is_empty());
-    let options = BuildOptions::preset(Preset::Best);
+    let options = BuildOptions { method: Method::Sbvh, ..BuildOptions::preset(Preset::Best) };
     let image = Image::new(&compile(scene.clone(), &options, &Executor::new(0)?, &NoProgress)?);
     Ok(measure(&image.view(), &Oracle::new(&scene), &Sampler::new(&scene), how, &NoProgress)?)
 }

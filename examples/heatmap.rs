@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let recipes = [
         ("binned, longest axis", BuildOptions { method: Method::Binned, axes: Axes::Longest, ..draft.clone() }),
         ("binned, three axes", BuildOptions { method: Method::Binned, axes: Axes::All, ..draft }),
-        ("sbvh", BuildOptions::preset(Preset::Best)),
+        ("sbvh", BuildOptions { method: Method::Sbvh, ..BuildOptions::preset(Preset::Best) }),
     ];
     let mut panels = Vec::new();
     println!("| method | SAH | inner nodes a ray | triangle tests a ray |\n|---|--:|--:|--:|");

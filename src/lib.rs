@@ -59,10 +59,10 @@
 //! let options = BuildOptions::preset(Preset::Balanced);
 //! let accel = build::compile(scene, &options, &Executor::new(0)?, &NoProgress)?;
 //!
-//! let method = options.method.info();
+//! let method = options.method;
 //! let recipe =
-//!     Recipe { method: method.name.into(), builder_revision: method.revision, options: options.effective() };
-//! let meta = Meta::new(recipe, &inputs, &report);
+//!     Recipe { method: method.to_string(), builder_revision: method.revision(), options: options.effective() };
+//! let meta = Meta { notes: accel.notes.clone(), ..Meta::new(recipe, &inputs, &report) };
 //! cache::write_file(&path, &Image::new(&accel), &meta, &WriteOptions::default())?;
 //! # assert_eq!(bvhc::Cache::open(&path)?.triangles().len(), 1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

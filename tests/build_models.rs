@@ -88,7 +88,7 @@ const SPLIT_SCENES: [(&str, f32); 5] = [
 fn sbvh_trees_match_embree_high(scenes: &[(&str, f32)]) {
     let Some(dir) = common::models_dir() else { return };
     let executors = [1, 2].map(|jobs| Executor::new(jobs).unwrap());
-    let options = BuildOptions::preset(Preset::Best);
+    let options = BuildOptions { method: Method::Sbvh, ..BuildOptions::preset(Preset::Best) };
     for (name, embree) in scenes {
         let Ok(scene) = scene::read(&dir.join(name), &ReadOptions::default()) else {
             println!("skipped: {name} is not there");

@@ -19,12 +19,14 @@ const RECIPES: &[(&str, &str)] = &[
     ("cut sweep + 8 rounds", "--method sweep --presplit 0.3 --reinsert 8"),
     ("agglomerative", "--method agglomerative"),
     ("agglomerative + 8 rounds", "--method agglomerative --reinsert 8"),
+    ("coarse sbvh", "--preset balanced --reinsert 0"),
     ("balanced", "--preset balanced"),
-    ("balanced + 2 rounds", "--preset balanced --reinsert 2"),
-    ("balanced + 8 rounds", "--preset balanced --reinsert 8"),
+    ("coarse sbvh + 8 rounds", "--preset balanced --reinsert 8"),
+    ("sbvh", "--method sbvh"),
+    ("sbvh + 8 rounds", "--method sbvh --reinsert 8"),
+    ("sbvh + 20 rounds + collapse", "--method sbvh --reinsert 20 --collapse"),
+    ("auto", "--preset auto"),
     ("best", "--preset best"),
-    ("best + 8 rounds", "--preset best --reinsert 8"),
-    ("best + 20 rounds + collapse", "--preset best --reinsert 20 --collapse"),
 ];
 
 pub struct Recipe {

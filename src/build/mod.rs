@@ -20,6 +20,7 @@ mod prim_ref;
 mod progress;
 mod radix;
 mod recipe;
+mod search;
 mod spatial;
 mod sweep;
 mod top_down;
@@ -34,6 +35,7 @@ pub use progress::{NoProgress, Progress};
 pub use recipe::names::Named;
 pub use recipe::options::{Axes, BuildOptions, Clip, Levels, Method, Preset};
 pub use recipe::registry::{METHODS, MethodInfo, OptionName, PASSES};
+pub use search::{Choice, Trial, notes};
 pub use spatial::{Spatial, budgeted_slots};
 pub use top_down::driver;
 pub use top_down::partition::bounds_of;
@@ -44,6 +46,30 @@ use crate::tree::Tree;
 
 /// One mesh's tree by the method that the options name.
 pub fn build_tree(
+    mesh: &Mesh,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<Tree, BuildError> {
+    decide_tree(mesh, options, exec, progress).map(|(tree, _)| tree)
+}
+
+/// [`build_tree`], and how a search came to it.
+pub fn decide_tree(
+    mesh: &Mesh,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<(Tree, Option<Choice>), BuildError> {
+    if options.method.is_search() {
+        let (tree, choice) = search::build(mesh, options, exec, progress)?;
+        return Ok((tree, Some(choice)));
+    }
+    compile_tree(mesh, options, exec, progress).map(|tree| (tree, None))
+}
+
+/// A tree by a method that is no search.
+fn compile_tree(
     mesh: &Mesh,
     options: &BuildOptions,
     exec: &Executor,
@@ -60,7 +86,8 @@ pub fn build_tree(
             let refs = references(mesh, options, exec)?;
             agglomerative::build(refs, options, exec, progress, count as u64)?
         }
-        Method::Sbvh => {
+        // A search is no way to build: of what it tries, spatial splits are what this could only mean.
+        Method::Sbvh | Method::Auto | Method::Best => {
             let slots = budgeted_slots(count, options.split_budget);
             driver::check_slots(slots)?;
             let slack = slots - count;

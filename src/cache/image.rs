@@ -37,6 +37,14 @@ impl Image {
         image
     }
 
+    /// One tree over a mesh in world space.
+    pub fn of_tree(mesh: &Mesh, tree: &Tree) -> Image {
+        let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
+        image.push_blas(mesh, tree);
+        image.flags |= image.blases[0].flags;
+        image
+    }
+
     fn push_blas(&mut self, mesh: &Mesh, tree: &Tree) {
         let blas = self.blases.len() as u32;
         let first_geom = self.geoms.len() as u32;

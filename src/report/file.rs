@@ -24,6 +24,8 @@ pub struct FileReport {
     /// How the BLASes differ; `None` for a file with a single one.
     pub blas_spread: Option<BlasSpread>,
     pub tlas: Option<TreeReport>,
+    /// What META says about why the trees are as they are; empty where it was not asked.
+    pub notes: Vec<String>,
 }
 
 /// The extremes among several BLASes, with their numbers.
@@ -71,6 +73,7 @@ impl FileReport {
             epo: None,
             blas_spread: spread,
             tlas: tlas.as_ref().map(TreeReport::from),
+            notes: Vec::new(),
         }
     }
 }
@@ -113,7 +116,7 @@ mod tests {
     #[test]
     fn one_level_and_two_levels() {
         let (mesh, tree) = one_triangle();
-        let flat = Accel { meshes: vec![mesh.clone()], blases: vec![tree.clone()], tlas: None, instances: vec![] };
+        let flat = Accel { meshes: vec![mesh.clone()], blases: vec![tree.clone()], tlas: None, ..Accel::default() };
         let r = FileReport::of_view("flat".into(), 960, &Image::new(&flat).view());
         assert_eq!((r.levels, r.instanced_triangles, r.bytes_per_triangle), (1, 1, 960.0));
         assert!(r.blas_spread.is_none() && r.tlas.is_none());
@@ -125,6 +128,7 @@ mod tests {
             blases: vec![tree.clone(), tree],
             tlas: Some(top),
             instances: vec![place(0), place(1), place(1)],
+            ..Accel::default()
         };
         let r = FileReport::of_view("two".into(), 960, &Image::new(&two).view());
         assert_eq!((r.levels, r.instances, r.instanced_triangles, r.blas.trees), (2, 3, 3, 2));

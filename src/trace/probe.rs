@@ -24,6 +24,16 @@ impl Camera {
     /// A camera for a one-level scene that nobody chose one for, with y up: where the middle is walled in it stands inside and looks along the longer
     /// horizontal side, elsewhere it looks at the middle from outside.
     pub fn automatic(view: &View<'_>) -> Camera {
+        Camera::from_side(view, 0)
+    }
+
+    /// Four cameras, so that no single view decides: along the four horizontal directions where the middle is walled in, elsewhere from outside,
+    /// from four corners of a cube that are as far from each other as they can be.
+    pub fn around(view: &View<'_>) -> [Camera; 4] {
+        [0, 1, 2, 3].map(|side| Camera::from_side(view, side))
+    }
+
+    fn from_side(view: &View<'_>, side: usize) -> Camera {
         let Some(root) = view.nodes.first() else { return Camera::within([0.0; 3], [1.0; 3], [0.0; 3], [1.0; 3]) };
         let (min, max) = (root.min.map(f64::from), root.max.map(f64::from));
         let extent = sub(max, min);
@@ -36,12 +46,20 @@ impl Camera {
         if walls.count() < 5 {
             let diagonal = dot(extent, extent).sqrt();
             let center = [0, 1, 2].map(|k| 0.5 * (min[k] + max[k]));
-            let eye = [0, 1, 2].map(|k| center[k] + diagonal * [0.5, 0.45, 0.7][k]);
+            // An even number of signs turned around leads to a corner that is no neighbour.
+            let turned = |k: usize| side > 0 && side - 1 != k;
+            let offset = [0.5, 0.45, 0.7];
+            let eye = [0, 1, 2].map(|k| center[k] + diagonal * if turned(k) { -offset[k] } else { offset[k] });
             Camera { eye, look_at: center, up: [0.0, 1.0, 0.0], tan_half: 0.6 }
-        } else if extent[0] >= extent[2] {
-            Camera::within(min, max, [0.2, 0.4, 0.45], [0.9, 0.4, 0.55])
         } else {
-            Camera::within(min, max, [0.45, 0.4, 0.2], [0.55, 0.4, 0.9])
+            // The longer side first and there and back; the first two sides are along one axis.
+            let along_x = (extent[0] >= extent[2]) == (side < 2);
+            let [start, end, aside, beyond] =
+                if side.is_multiple_of(2) { [0.2, 0.9, 0.45, 0.55] } else { [0.8, 0.1, 0.55, 0.45] };
+            match along_x {
+                true => Camera::within(min, max, [start, 0.4, aside], [end, 0.4, beyond]),
+                false => Camera::within(min, max, [aside, 0.4, start], [beyond, 0.4, end]),
+            }
         }
     }
 
@@ -84,21 +102,27 @@ impl ProbeRays {
     /// About `count` rays a set (the next lower square). The tree of `view` decides nothing but how long it takes to find what the camera sees. Where it sees
     /// nothing the other sets are empty.
     pub fn new(view: &View<'_>, from: &Camera, count: usize) -> ProbeRays {
-        let side = (count as f64).sqrt() as usize;
-        let primary = camera(from.eye, from.look_at, from.up, from.tan_half, side, side);
+        ProbeRays::around(view, std::slice::from_ref(from), count)
+    }
+
+    /// [`ProbeRays::new`] from several cameras, which share the rays.
+    pub fn around(view: &View<'_>, cameras: &[Camera], count: usize) -> ProbeRays {
+        let side = ((count / cameras.len().max(1)) as f64).sqrt() as usize;
+        let primary: Vec<Ray> =
+            cameras.iter().flat_map(|c| camera(c.eye, c.look_at, c.up, c.tan_half, side, side)).collect();
         let diagonal = view.nodes.first().map_or(1.0, |root| {
             let extent = sub(root.max.map(f64::from), root.min.map(f64::from));
             dot(extent, extent).sqrt()
         });
 
-        // Bounce off what the camera sees, over and over with other directions until there are enough.
+        // Bounce off what the cameras see, over and over with other directions until there are enough.
         let hits: Vec<([f64; 3], [f64; 3])> = primary.iter().filter_map(|ray| surface(view, ray)).collect();
         let mut random = Random::new(7);
         let mut bounce = || -> Vec<Ray> {
             let lift = 1e-4 * diagonal;
             let one =
                 |(p, n): &([f64; 3], [f64; 3])| cosine_ray([0, 1, 2].map(|k| p[k] + lift * n[k]), *n, &mut random);
-            hits.iter().cycle().take(if hits.is_empty() { 0 } else { side * side }).map(one).collect()
+            hits.iter().cycle().take(if hits.is_empty() { 0 } else { primary.len() }).map(one).collect()
         };
         let diffuse = bounce();
         let short = |ray: Ray| {

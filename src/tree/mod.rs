@@ -20,4 +20,6 @@ pub struct Accel {
     pub tlas: Option<Tree>,
     /// What the TLAS's references index; empty without a TLAS.
     pub instances: Vec<Instance>,
+    /// Why the builder chose what it chose, for people; empty where nothing was chosen.
+    pub notes: Vec<String>,
 }

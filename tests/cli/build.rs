@@ -85,10 +85,10 @@ fn a_dry_run_says_why_and_does_nothing() {
     let (place, old) = built();
     let why = |args: &str| place.ok(&format!("build a.obj -o a.bvhc --dry-run {args}")).out;
     assert!(why("").contains("up to date"));
-    let bins = bvhc::build::BuildOptions::default().bins;
-    assert_eq!(why("--bins 8"), format!("a.bvhc  would build: option bins {bins} → 8\n"));
+    assert_eq!(why("--max-leaf 4"), "a.bvhc  would build: option max-leaf 8 → 4\n");
+    assert!(why("--bins 8").contains("method auto → sbvh"), "{}", why("--bins 8"));
     assert_eq!(why("--force"), "a.bvhc  would build: forced\n");
-    assert!(why("--method binned").contains("method sbvh → binned"));
+    assert!(why("--method binned").contains("method auto → binned"));
     assert!(why("--degenerate keep").contains("option degenerate drop → keep"));
 
     // What lies on the disk can be stale in several ways.

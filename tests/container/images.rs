@@ -25,7 +25,7 @@ fn leaf_tree(bounds: Aabb, refs: Vec<u32>) -> Tree {
 pub fn one_triangle() -> Image {
     let mesh = triangle_mesh();
     let tree = leaf_tree(mesh.triangle_box(0), vec![0]);
-    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], tlas: None, instances: vec![] })
+    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() })
 }
 
 /// The triangle twice, side by side and mirrored.
@@ -39,7 +39,7 @@ pub fn two_instances() -> Image {
         .collect();
     let world = instances.iter().fold(Aabb::EMPTY, |b, i| b.union(i.transform.transform_box(&mesh.triangle_box(0))));
     let tlas = Some(leaf_tree(world, vec![0, 1]));
-    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], tlas, instances })
+    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], tlas, instances, ..Accel::default() })
 }
 
 pub fn empty() -> Image {

@@ -5,13 +5,14 @@ pub mod tlas;
 
 use self::bake::bake;
 use crate::build::agglomerative;
-use crate::build::build_tree;
+use crate::build::decide_tree;
 use crate::build::error::BuildError;
 use crate::build::exec::Executor;
 use crate::build::presplit;
 use crate::build::prim_ref::PrimRef;
 use crate::build::progress::Progress;
 use crate::build::recipe::options::{BuildOptions, Levels, Method};
+use crate::build::search;
 use crate::build::spatial::budgeted_slots;
 use crate::build::sweep;
 use crate::geom::{Aabb, Affine};
@@ -42,6 +43,10 @@ pub fn primitives_to_build(scene: &Scene, options: &BuildOptions) -> u64 {
 /// Bytes that [`compile`] sets aside before it builds, which nothing in the model's own size bounds: the copies that
 /// flattening makes, and the references with their duplicates. The nodes come on top, about as much again.
 pub fn bytes_to_reserve(scene: &Scene, options: &BuildOptions) -> u64 {
+    if options.method.is_search() {
+        let of_one = |recipe: BuildOptions| bytes_to_reserve(scene, &recipe);
+        return search::candidates(options).into_iter().map(of_one).max().unwrap_or(0);
+    }
     let triangles = usize::try_from(primitives_to_build(scene, options)).unwrap_or(usize::MAX);
     let references = match options.method {
         Method::Sbvh => budgeted_slots(triangles, options.split_budget),
@@ -50,7 +55,7 @@ pub fn bytes_to_reserve(scene: &Scene, options: &BuildOptions) -> u64 {
     let beside = match options.method {
         Method::Sweep => sweep::BYTES_PER_REF,
         Method::Agglomerative => agglomerative::BYTES_PER_REF,
-        Method::Binned | Method::Bonsai | Method::Sbvh => 0,
+        Method::Binned | Method::Bonsai | Method::Sbvh | Method::Auto | Method::Best => 0,
     };
     let of_references = (references as u64).saturating_mul(size_of::<PrimRef>() as u64 + beside);
     let copied = match plan(scene, options) {
@@ -174,8 +179,10 @@ fn one_level(
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Accel, BuildError> {
-    let blases = meshes.iter().map(|mesh| build_tree(mesh, options, exec, progress)).collect::<Result<_, _>>()?;
-    Ok(Accel { meshes, blases, tlas: None, instances: Vec::new() })
+    let built = meshes.iter().map(|mesh| decide_tree(mesh, options, exec, progress)).collect::<Result<Vec<_>, _>>()?;
+    let (blases, choices): (_, Vec<_>) = built.into_iter().unzip();
+    let notes = search::notes(&choices.into_iter().flatten().collect::<Vec<_>>());
+    Ok(Accel { meshes, blases, tlas: None, instances: Vec::new(), notes })
 }
 
 fn two_levels(
@@ -202,17 +209,19 @@ fn two_levels(
         if progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
-        build_tree(&meshes[i], options, exec, progress).map(|tree| (i, tree))
+        decide_tree(&meshes[i], options, exec, progress).map(|(tree, choice)| (i, tree, choice))
     });
     let mut blases = vec![Tree::default(); meshes.len()];
+    let mut choices = vec![None; meshes.len()];
     for result in trees {
-        let (i, tree) = result?;
-        blases[i] = tree;
+        let (i, tree, choice) = result?;
+        (blases[i], choices[i]) = (tree, choice);
     }
+    let notes = search::notes(&choices.into_iter().flatten().collect::<Vec<_>>());
 
     let boxes = world_boxes(&instances, &blases)?;
     let tlas = exec.run(|| tlas::build(&boxes));
-    Ok(Accel { meshes, blases, tlas: Some(tlas), instances })
+    Ok(Accel { meshes, blases, tlas: Some(tlas), instances, notes })
 }
 
 /// Each instance's box in world space, by the transform as the file will hold it.

@@ -27,22 +27,32 @@ use crate::tree::Tree;
 /// its depth is within [`MAX_DEPTH`](crate::tree::MAX_DEPTH) as the tree's must be. References stay in their leaves, but for
 /// leaves that are joined, which hold each triangle once.
 pub fn run(tree: Tree, options: &BuildOptions, exec: &Executor, progress: &dyn Progress) -> Result<Tree, BuildError> {
+    Ok(improved(&tree, options, exec, progress)?.unwrap_or(tree))
+}
+
+/// [`run`] beside the tree that it starts from; `None` where it would be that tree.
+pub fn improved(
+    tree: &Tree,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<Option<Tree>, BuildError> {
     if options.reinsert == 0 && !options.collapse {
-        return Ok(tree);
+        return Ok(None);
     }
-    let Some(mut work) = WorkTree::new(&tree, exec) else { return Ok(tree) };
+    let Some(mut work) = WorkTree::new(tree, exec) else { return Ok(None) };
     let before = work.inner_area;
     exec.run(|| reinsert::reinsert(&mut work, options.reinsert, exec, progress))?;
 
     // Moves of one round can spoil each other's gain. If so little is left of it that rounding could be all, stay.
     let is_better = work.inner_area < before * (1.0 - 1e-6);
     if !is_better && !options.collapse {
-        return Ok(tree);
+        return Ok(None);
     }
     if !is_better && options.reinsert > 0 {
-        work = match WorkTree::new(&tree, exec) {
+        work = match WorkTree::new(tree, exec) {
             Some(work) => work,
-            None => return Ok(tree),
+            None => return Ok(None),
         };
     }
     if progress.is_cancelled() {
@@ -50,5 +60,5 @@ pub fn run(tree: Tree, options: &BuildOptions, exec: &Executor, progress: &dyn P
     }
     let sah = Sah { traversal: options.traversal_cost, intersection: options.intersection_cost };
     let collapse = options.collapse.then_some(Collapse { sah, max_leaf: options.max_leaf as usize });
-    Ok(emit(&work, &tree.refs, collapse, exec))
+    Ok(Some(emit(&work, &tree.refs, collapse, exec)))
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::build::recipe::options::Method;
 use crate::geom::Aabb;
 use crate::tree::{MAX_DEPTH, Node, quality};
 
@@ -47,7 +48,7 @@ fn passes(tree: Tree, options: &BuildOptions) -> Tree {
 }
 
 fn options(reinsert: u32, collapse: bool) -> BuildOptions {
-    BuildOptions { reinsert, collapse, ..BuildOptions::default() }
+    BuildOptions { method: Method::Sbvh, reinsert, collapse, ..BuildOptions::default() }
 }
 
 #[test]

@@ -82,7 +82,7 @@ impl Named for Levels {
 impl Named for Preset {
     const KIND: &'static str = "preset";
     fn names() -> Vec<(Self, &'static str)> {
-        vec![(Preset::Draft, "draft"), (Preset::Balanced, "balanced"), (Preset::Best, "best")]
+        vec![(Preset::Auto, "auto"), (Preset::Draft, "draft"), (Preset::Balanced, "balanced"), (Preset::Best, "best")]
     }
 }
 

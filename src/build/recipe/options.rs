@@ -20,6 +20,10 @@ pub enum Method {
     /// Object splits only, at every plane between two centres (MacDonald and Booth, "Heuristics for Ray Tracing Using Space
     /// Subdivision", 1990), the axes sorted once.
     Sweep,
+    /// A search that stops early: from the cheapest recipe upward until measured rays say that the rest cannot pay.
+    Auto,
+    /// A search that tries a fixed list and takes what measured rays like best.
+    Best,
 }
 
 /// Which axes object bins are tried on.
@@ -52,6 +56,7 @@ pub enum Levels {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
+    Auto,
     Draft,
     Balanced,
     Best,
@@ -95,8 +100,8 @@ pub struct BuildOptions {
 
 impl BuildOptions {
     pub fn preset(preset: Preset) -> BuildOptions {
-        let best = BuildOptions {
-            method: Method::Sbvh,
+        let auto = BuildOptions {
+            method: Method::Auto,
             axes: Axes::All,
             bins: 128,
             spatial_bins: 32,
@@ -115,18 +120,25 @@ impl BuildOptions {
             levels: Levels::Auto,
         };
         match preset {
-            Preset::Best => best,
-            Preset::Balanced => {
-                BuildOptions { bins: 32, spatial_bins: 16, split_alpha: 3e-4, split_budget: 1.25, ..best }
-            }
-            Preset::Draft => BuildOptions { method: Method::Binned, bins: 32, ..best },
+            Preset::Auto => auto,
+            Preset::Best => BuildOptions { method: Method::Best, ..auto },
+            Preset::Balanced => BuildOptions {
+                method: Method::Sbvh,
+                bins: 32,
+                spatial_bins: 16,
+                split_alpha: 3e-4,
+                split_budget: 1.25,
+                reinsert: 2,
+                ..auto
+            },
+            Preset::Draft => BuildOptions { method: Method::Binned, bins: 32, ..auto },
         }
     }
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        BuildOptions::preset(Preset::Best)
+        BuildOptions::preset(Preset::Auto)
     }
 }
 
@@ -174,7 +186,7 @@ mod tests {
 
     #[test]
     fn presets_are_valid() {
-        for preset in [Preset::Draft, Preset::Balanced, Preset::Best] {
+        for preset in [Preset::Auto, Preset::Draft, Preset::Balanced, Preset::Best] {
             BuildOptions::preset(preset).validate().unwrap();
         }
     }

@@ -9,7 +9,7 @@ pub struct MethodInfo {
     /// What users type and files name.
     pub name: &'static str,
     /// Raised when the same input and options give another tree, and only then: old caches are out of date from there
-    /// on.
+    /// on. [`Method::revision`] is what files name.
     pub revision: u32,
     /// One line for `--help`.
     pub summary: &'static str,
@@ -88,7 +88,24 @@ pub const METHODS: &[MethodInfo] = &[
         summary: "from the triangles up: neighbours on a Morton curve merge with their best match",
         options: &[O::Radius, O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Presplit, O::Levels],
     },
+    MethodInfo {
+        method: Method::Auto,
+        name: "auto",
+        revision: 1,
+        summary: "a search: sweep, then reinsertion, then spatial splits, as far as measured rays say that they pay",
+        options: SEARCHES,
+    },
+    MethodInfo {
+        method: Method::Best,
+        name: "best",
+        revision: 1,
+        summary: "a search: several recipes, of which measured rays decide",
+        options: SEARCHES,
+    },
 ];
+
+/// What searches read; to set anything else is to choose a recipe.
+const SEARCHES: &[OptionName] = &[O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::SplitBudget, O::Levels];
 
 /// The options of the passes, which every method's tree can be followed by.
 pub const PASSES: &[OptionName] = &[O::Reinsert, O::Collapse];
@@ -145,6 +162,22 @@ impl Method {
         // A test below proves that every method has its row.
         METHODS.iter().find(|row| row.method == self).unwrap_or(&METHODS[0])
     }
+
+    /// Whether it tries other methods and takes one's tree.
+    pub fn is_search(self) -> bool {
+        matches!(self, Method::Auto | Method::Best)
+    }
+
+    /// The revision of the method's output. A search's stands for its rule and for every method that it might take: their sum grows when
+    /// any of them does.
+    pub fn revision(self) -> u32 {
+        if self.is_search() {
+            let others: u32 = METHODS.iter().filter(|row| !row.method.is_search()).map(|row| row.revision).sum();
+            self.info().revision + others
+        } else {
+            self.info().revision
+        }
+    }
 }
 
 impl BuildOptions {
@@ -152,13 +185,25 @@ impl BuildOptions {
     /// and the build key hashes, beside the method's name and revision. What is not done, a pass or cutting, is not named: a recipe
     /// without it stays what it was before there was such a thing.
     pub fn effective(&self) -> Vec<(String, String)> {
-        let of_method = self.method.info().options.iter().chain(PASSES).filter(|option| match option {
+        let passes = if self.method.is_search() { &[] } else { PASSES };
+        let of_method = self.method.info().options.iter().chain(passes).filter(|option| match option {
             O::Presplit => self.presplit > 0.0,
             O::Reinsert => self.reinsert > 0,
             O::Collapse => self.collapse,
             _ => true,
         });
         of_method.map(|o| (o.name().to_string(), o.value(self))).collect()
+    }
+
+    /// The command line's flags that say the same; those that the method does not read are left out.
+    pub fn as_flags(&self) -> String {
+        let flag = |(name, value): (String, String)| match (name.as_str(), value.as_str()) {
+            ("unsplit", "true") => String::new(),
+            ("unsplit", _) => " --no-unsplit".to_string(),
+            ("collapse", _) => " --collapse".to_string(),
+            _ => format!(" --{name} {value}"),
+        };
+        format!("--method {}", self.method) + &self.effective().into_iter().map(flag).collect::<String>()
     }
 }
 
@@ -185,7 +230,7 @@ mod tests {
 
     #[test]
     fn passes_are_part_of_every_recipe_that_does_them() {
-        for row in METHODS {
+        for row in METHODS.iter().filter(|row| !row.method.is_search()) {
             let without = BuildOptions { method: row.method, reinsert: 0, collapse: false, ..BuildOptions::default() };
             let is_pass = |name: &str| ["reinsert", "collapse", "presplit"].contains(&name);
             assert!(without.effective().iter().all(|(name, _)| !is_pass(name)));
@@ -198,9 +243,22 @@ mod tests {
     }
 
     #[test]
+    fn a_search_has_another_revision_when_a_method_has_and_reads_no_pass() {
+        let others: u32 = METHODS.iter().filter(|row| !row.method.is_search()).map(|row| row.revision).sum();
+        for method in [Method::Auto, Method::Best] {
+            assert_eq!(method.revision(), method.info().revision + others);
+            let plain = BuildOptions { method, ..BuildOptions::default() };
+            let passed = BuildOptions { reinsert: 5, collapse: true, bins: 3, ..plain.clone() };
+            assert_eq!(plain.effective(), passed.effective());
+            assert_ne!(plain.effective(), BuildOptions { split_budget: 1.1, ..plain.clone() }.effective());
+        }
+        assert_eq!(Method::Sweep.revision(), Method::Sweep.info().revision);
+    }
+
+    #[test]
     fn both_zeros_are_one_value() {
-        let plus = BuildOptions { split_alpha: 0.0, ..BuildOptions::default() };
-        let minus = BuildOptions { split_alpha: -0.0, ..BuildOptions::default() };
+        let plus = BuildOptions { method: Method::Sbvh, split_alpha: 0.0, ..BuildOptions::default() };
+        let minus = BuildOptions { method: Method::Sbvh, split_alpha: -0.0, ..BuildOptions::default() };
         assert_eq!(plus.effective(), minus.effective());
     }
 }

@@ -6,7 +6,7 @@ use crate::tree::{MAX_DEPTH, Node, Tree};
 use proptest::prelude::{Strategy as _, prop, prop_assert, proptest};
 
 fn best() -> BuildOptions {
-    BuildOptions::preset(Preset::Best)
+    BuildOptions { method: Method::Sbvh, ..BuildOptions::preset(Preset::Best) }
 }
 
 fn build(mesh: &Mesh, options: &BuildOptions) -> Tree {

@@ -73,7 +73,8 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
         paths.push(path.to_path_buf());
         let (name, view) = (path.to_string_lossy().into_owned(), opened.view());
         let epo = args.epo.mode().map(|mode| EpoReport::of_view(&view, mode, &exec));
-        Ok(FileReport { epo, ..FileReport::of_view(name, opened.header().file_len, &view) })
+        let notes = opened.meta().map_or_else(Vec::new, |meta| meta.notes.clone());
+        Ok(FileReport { epo, notes, ..FileReport::of_view(name, opened.header().file_len, &view) })
     });
     if context.terminal.json {
         context.terminal.document(&Document { schema: "bvhc.stats.v1", files: &reports })?;
@@ -179,7 +180,18 @@ fn text(reports: &[FileReport], paths: &[PathBuf], depths: bool) -> String {
             table.row(format!("{depth:>4}"), reports.iter().map(cell));
         }
     }
-    table.render()
+    table.render() + &notes(reports, paths)
+}
+
+/// Why the trees are as they are, where the builder had a choice.
+fn notes(reports: &[FileReport], paths: &[PathBuf]) -> String {
+    let headings = names::headings(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>());
+    let mut text = String::new();
+    for (report, heading) in reports.iter().zip(headings).filter(|(report, _)| !report.notes.is_empty()) {
+        text.push_str(&format!("\n{heading}\n"));
+        report.notes.iter().for_each(|note| text.push_str(&format!("  {}\n", names::escape(note))));
+    }
+    text
 }
 
 fn dash() -> String {

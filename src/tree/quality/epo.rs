@@ -244,7 +244,7 @@ fn at_point(tree: &Subtrees, triangle: usize, point: &[f64; 3]) -> Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, NoProgress, Preset, build_tree};
+    use crate::build::{BuildOptions, Method, NoProgress, Preset, build_tree};
     use crate::scene::Mesh;
 
     fn flat(min: [f32; 3], max: [f32; 3]) -> Aabb {
@@ -331,14 +331,14 @@ mod tests {
     #[test]
     fn the_walk_agrees_with_the_definition_with_and_without_splits() {
         let mesh = straw(600);
-        for preset in [Preset::Draft, Preset::Best] {
-            let options = BuildOptions::preset(preset);
+        for method in [Method::Binned, Method::Sbvh] {
+            let options = BuildOptions { method, ..BuildOptions::preset(Preset::Draft) };
             let tree = build_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
-            assert_eq!(preset == Preset::Best, tree.refs.len() > 600);
+            assert_eq!(method == Method::Sbvh, tree.refs.len() > 600);
             let subtrees = Subtrees::new(&tree.nodes, &tree.refs, 600);
             let expected = by_definition(&mesh, &tree.nodes, &tree.refs);
             let ours = exact(&subtrees, |t| mesh.corners(t), &Executor::sequential());
-            assert!((ours.epo() - expected).abs() < 1e-9 * expected, "{preset}: {} for {expected}", ours.epo());
+            assert!((ours.epo() - expected).abs() < 1e-9 * expected, "{method}: {} for {expected}", ours.epo());
             assert!(expected > 1.0, "a scene that tests something: {expected}");
 
             // Points agree within three of their standard errors, and threads change no bit.

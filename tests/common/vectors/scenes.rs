@@ -86,7 +86,7 @@ pub fn comb(n: usize) -> (Mesh, Tree) {
 }
 
 pub fn one_level(mesh: Mesh, tree: Tree) -> Image {
-    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], tlas: None, instances: Vec::new() })
+    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() })
 }
 
 /// A wide triangle cut in two by the plane x = 4, small triangles on both sides, and a third leaf far to the right.
@@ -143,7 +143,7 @@ pub fn with_top(meshes: Vec<Mesh>, blases: Vec<Tree>, instances: Vec<Instance>) 
         })
         .collect();
     let tlas = tree_over(&boxes, 1);
-    Accel { meshes, blases, tlas: Some(tlas), instances }
+    Accel { meshes, blases, tlas: Some(tlas), instances, ..Accel::default() }
 }
 
 pub fn two_level() -> Image {

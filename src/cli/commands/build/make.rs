@@ -55,8 +55,9 @@ impl Workshop<'_> {
         }
 
         bar.phase("building", build::primitives_to_build(&scene, &self.build));
-        let accel = build::compile(scene, &self.build, &self.exec, &bar).map_err(|e| caches::build_failure(&e))?;
+        let mut accel = build::compile(scene, &self.build, &self.exec, &bar).map_err(|e| caches::build_failure(&e))?;
         let image = Image::new(&accel);
+        let notes = std::mem::take(&mut accel.notes);
         drop(accel);
         let build_time = start.elapsed() - read_time;
 
@@ -64,7 +65,7 @@ impl Workshop<'_> {
         if job.bytes.is_none() {
             unchanged(&inputs)?;
         }
-        let meta = Meta::new(self.recipe.clone(), &inputs, &report);
+        let meta = Meta { notes, ..Meta::new(self.recipe.clone(), &inputs, &report) };
         // Debug builds, and so every test, look into each record before they write it.
         if cfg!(debug_assertions) {
             let checked = cache::check::check_image(&image, &cache::check::Limits::default());

@@ -126,9 +126,9 @@ pub fn run(args: &BuildArgs, context: &Context) -> Result<Exit, Failure> {
 fn workshop<'a>(args: &'a BuildArgs, context: &'a Context) -> Result<Workshop<'a>, Failure> {
     let build = args.tree.resolve();
     let read = ReadOptions { max_memory: context.global.max_memory, ..args.read.resolve() };
-    let method = build.method.info();
+    let method = build.method;
     let mut recipe =
-        Recipe { method: method.name.into(), builder_revision: method.revision, options: build.effective() };
+        Recipe { method: method.to_string(), builder_revision: method.revision(), options: build.effective() };
     recipe.options.extend(args.read.effective());
     let exec = Executor::new(context.global.jobs).map_err(|e| caches::build_failure(&e))?;
     Ok(Workshop { args, context, build, read, codec: args.codec, recipe, exec })

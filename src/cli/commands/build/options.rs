@@ -9,11 +9,12 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Tree options")]
 pub struct TreeArgs {
-    /// Where to start from; the flags below override it
-    #[arg(long, value_parser = choice::<Preset>(), value_name = "NAME", default_value = "best", long_help = preset_help())]
+    /// Where to start from; the flags below override it, and one that `auto` or `best` does not read makes it sbvh
+    #[arg(long, value_parser = choice::<Preset>(), value_name = "NAME", default_value = "auto", long_help = preset_help())]
     pub preset: Preset,
     /// How trees are built: binned (object splits only), sbvh (object and spatial splits), sweep (object splits at every
-    /// plane), bonsai (many small sweep trees under one) or agglomerative (neighbours merge, from the triangles up)
+    /// plane), bonsai (many small sweep trees under one), agglomerative (neighbours merge, from the triangles up), or a
+    /// search that tries several: auto (stops where the rest cannot pay) or best (the whole list)
     #[arg(long, visible_alias = "builder", value_parser = choice::<Method>(), value_name = "NAME")]
     pub method: Option<Method>,
     /// Axes on which object bins are tried
@@ -75,8 +76,13 @@ impl TreeArgs {
     pub fn resolve(&self) -> BuildOptions {
         let base = BuildOptions::preset(self.preset);
         let levels = if self.flatten { Levels::One } else { self.levels.unwrap_or(base.levels) };
+        let method = match self.method {
+            Some(method) => method,
+            None if base.method.is_search() && self.chooses_a_recipe() => Method::Sbvh,
+            None => base.method,
+        };
         BuildOptions {
-            method: self.method.unwrap_or(base.method),
+            method,
             axes: self.axes.unwrap_or(base.axes),
             bins: self.bins.unwrap_or(base.bins),
             spatial_bins: self.spatial_bins.unwrap_or(base.spatial_bins),
@@ -94,6 +100,18 @@ impl TreeArgs {
             collapse: base.collapse || self.collapse,
             levels,
         }
+    }
+
+    /// Whether a flag was typed that searches decide about themselves.
+    fn chooses_a_recipe(&self) -> bool {
+        let counts = [self.bins, self.spatial_bins, self.radius, self.reinsert];
+        let reals = [self.presplit, self.split_alpha, self.prune];
+        counts.iter().any(Option::is_some)
+            || reals.iter().any(Option::is_some)
+            || self.axes.is_some()
+            || self.clip.is_some()
+            || self.no_unsplit
+            || self.collapse
     }
 }
 
@@ -144,24 +162,16 @@ impl ReadArgs {
     }
 }
 
-/// The flags that say the same as these options; those that the method does not read are left out.
-pub fn as_flags(options: &BuildOptions) -> String {
-    let flag = |(name, value): (String, String)| match (name.as_str(), value.as_str()) {
-        ("unsplit", "true") => String::new(),
-        ("unsplit", _) => " --no-unsplit".to_string(),
-        ("collapse", _) => " --collapse".to_string(),
-        _ => format!(" --{name} {value}"),
-    };
-    format!("--method {}", options.method) + &options.effective().into_iter().map(flag).collect::<String>()
-}
-
 /// Each preset with its expansion, one a line.
 pub fn preset_lines() -> Vec<(String, String)> {
-    Preset::names().iter().map(|(p, name)| (name.to_string(), as_flags(&BuildOptions::preset(*p)))).collect()
+    Preset::names().iter().map(|(p, name)| (name.to_string(), BuildOptions::preset(*p).as_flags())).collect()
 }
 
 fn preset_help() -> String {
-    let mut text = String::from("Where to start from; the flags below override it. Each preset stands for:\n");
+    let mut text = String::from(
+        "Where to start from; the flags below override it. Each preset stands for what follows. \
+         With auto or best, a flag that they do not read chooses a recipe: --method sbvh, if no other is named.\n",
+    );
     for (name, flags) in preset_lines() {
         text.push_str(&format!("\n{name}:\n  {flags}"));
     }
@@ -233,12 +243,44 @@ mod tests {
     }
 
     #[test]
+    fn a_flag_that_a_search_decides_about_switches_it_off() {
+        for preset in ["auto", "best"] {
+            let of = |flags: &str| resolved(&format!("--preset {preset} {flags}"));
+            let search = of("").method;
+            assert!(search.is_search());
+            for kept in
+                ["--max-leaf 4", "--sah-trav 2", "--sah-isect 2", "--split-budget 2", "--levels two", "--flatten"]
+            {
+                assert_eq!(of(kept).method, search, "{kept}");
+                assert_ne!(of(kept).effective(), of("").effective(), "{kept}");
+            }
+            let chosen = [
+                "--bins 8",
+                "--spatial-bins 8",
+                "--radius 3",
+                "--reinsert 0",
+                "--presplit 0",
+                "--split-alpha 0",
+                "--prune 1",
+                "--axes all",
+                "--clip box",
+                "--no-unsplit",
+                "--collapse",
+            ];
+            for flag in chosen {
+                assert_eq!(of(flag).method, Method::Sbvh, "{flag}");
+                assert_eq!(of(&format!("{flag} --method sweep")).method, Method::Sweep, "{flag}");
+            }
+        }
+    }
+
+    #[test]
     fn a_preset_means_what_its_expansion_says() {
         for (name, flags) in preset_lines() {
             let preset = resolved(&format!("--preset {name}"));
             let spelt = resolved(&flags);
             // The flags of a binned preset leave out what only spatial splits read.
-            assert_eq!(as_flags(&preset), as_flags(&spelt), "{name}");
+            assert_eq!(preset.as_flags(), spelt.as_flags(), "{name}");
         }
     }
 

@@ -1,0 +1,62 @@
+//! Searches: the methods that try several recipes on a mesh and keep the tree that measured rays like best.
+//!
+//! What a tree is worth is what [probe rays](crate::trace::probe) cost in it, a count without the noise of any clock: the same
+//! mesh and options give the same tree on every machine with any number of threads. `best` tries a fixed list. `auto`
+//! climbs from the cheapest recipe and stops where what it measured says that the rest cannot pay. Both write down what they
+//! tried, what they saw and why they stopped.
+//!
+//! `gauge` measures, `recipes` names what can be tried, `ladder` decides, `choice` is the written record.
+
+mod choice;
+mod gauge;
+mod ladder;
+mod recipes;
+
+pub use choice::{Choice, Trial, notes};
+
+use self::ladder::Contest;
+use self::recipes::Rung;
+use super::compile_tree;
+use super::error::BuildError;
+use super::exec::Executor;
+use super::progress::{Portion, Progress};
+use super::recipe::options::{BuildOptions, Method};
+use crate::scene::Mesh;
+use crate::tree::Tree;
+
+/// Below so many triangles a tree is built quicker than anything is measured.
+const LEAST_TRIANGLES: usize = 512;
+
+/// The tree that the search of `options.method` ends with, and how it came to it. At most one tree beside the one that is worked
+/// on is kept.
+pub fn build(
+    mesh: &Mesh,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<(Tree, Choice), BuildError> {
+    let count = mesh.triangles.len();
+    if count < LEAST_TRIANGLES {
+        let rung = Rung::SbvhMoved;
+        let tree = compile_tree(mesh, &rung.options(options), exec, progress)?;
+        let reason = format!("under {LEAST_TRIANGLES} triangles measuring costs more than it finds");
+        return Ok((tree, Choice::unmeasured(rung, options, count, reason)));
+    }
+    let builds = if options.method == Method::Auto { 2 } else { 3 };
+    let portion = Portion::new(progress, builds);
+    let mut contest = Contest::new(mesh, options, exec, &portion);
+    let reason = match options.method {
+        Method::Auto => ladder::climb(&mut contest)?,
+        _ => ladder::try_all(&mut contest)?,
+    };
+    portion.finish(count as u64);
+    Ok(contest.end(reason))
+}
+
+/// Recipes of which a search may take any: what it must have memory for.
+pub fn candidates(options: &BuildOptions) -> Vec<BuildOptions> {
+    Rung::of(options.method).iter().map(|rung| rung.options(options)).collect()
+}
+
+#[cfg(test)]
+mod tests;

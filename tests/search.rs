@@ -1,0 +1,186 @@
+//! The searches `auto` and `best`: the same bytes for any number of threads, sound trees of every kind of scene, and never far from the
+//! best recipe.
+
+mod common;
+
+use bvhc::build::{BuildOptions, Choice, Executor, Method, NoProgress, Preset, compile, decide_tree, lay_out};
+use bvhc::cache::Image;
+use bvhc::cache::check::{Limits, check_image};
+use bvhc::geom::Affine;
+use bvhc::scene::{Mesh, ReadOptions, read};
+use bvhc::trace::probe::{Camera, ProbeRays};
+use bvhc::tree::MAX_DEPTH;
+use common::meshes::{place, scene_of, sphere};
+use common::scenes::sample;
+
+const SEARCHES: [Preset; 2] = [Preset::Auto, Preset::Best];
+
+#[test]
+fn threads_change_neither_bytes_nor_notes() {
+    for name in ["colonnade.obj", "forest.gltf"] {
+        for preset in SEARCHES {
+            let options = BuildOptions::preset(preset);
+            let build = |jobs| compile(sample(name), &options, &Executor::new(jobs).unwrap(), &NoProgress).unwrap();
+            let (one, four) = (build(1), build(4));
+            assert!(!one.notes.is_empty() && one.notes == four.notes, "{name}: {:?} {:?}", one.notes, four.notes);
+            assert!(Image::new(&one) == Image::new(&four), "{name} {preset}");
+        }
+    }
+}
+
+#[test]
+fn a_recipe_that_the_user_names_leaves_no_notes() {
+    for preset in [Preset::Draft, Preset::Balanced] {
+        let scene = scene_of(sphere(12, 1.0, [0.0; 3]));
+        let accel = compile(scene, &BuildOptions::preset(preset), &Executor::sequential(), &NoProgress).unwrap();
+        assert!(accel.notes.is_empty());
+    }
+}
+
+/// Triangles by their corners.
+fn soup(triangles: Vec<[[f32; 3]; 3]>) -> Mesh {
+    Mesh {
+        triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        positions: triangles.into_iter().flatten().collect(),
+        ..Mesh::default()
+    }
+}
+
+#[test]
+fn tiny_degenerate_and_hostile_meshes_get_sound_trees() {
+    let one = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let scaled = |by: f32| one.map(|p| p.map(|c: f32| c * by));
+    let mut meshes: Vec<(String, Mesh)> = (0..6).map(|n| (format!("{n} alike"), soup(vec![one; n]))).collect();
+    meshes.push(("2000 alike".into(), soup(vec![one; 2000])));
+    meshes.push(("points".into(), soup(vec![[[2.0; 3]; 3]; 900])));
+    meshes.push(("powers".into(), soup((0..600).map(|i| scaled(0.5f32.powi(i % 140))).collect())));
+    meshes.push(("huge".into(), soup((0..600).map(|i| scaled(1e35 * (1.0 + i as f32))).collect())));
+    meshes.push(("flat".into(), soup((0..600).map(|i| one.map(|p| [p[0] + i as f32 * 0.1, p[1], 0.0])).collect())));
+    for (name, mesh) in meshes {
+        for preset in SEARCHES {
+            let count = mesh.triangles.len();
+            let options = BuildOptions::preset(preset);
+            let (tree, choice) = decide_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
+            let choice = choice.expect("a search says what it did");
+            assert!(choice.taken < choice.trials.len() && !choice.reason.is_empty(), "{name}");
+            assert!(tree.max_depth() <= MAX_DEPTH, "{name}");
+            let mut held = tree.refs.clone();
+            held.sort_unstable();
+            held.dedup();
+            assert!(held.into_iter().eq(0..count as u32), "{name}: a triangle is lost");
+            if count > 0 {
+                let scene = scene_of(mesh.clone());
+                let accel = compile(scene, &options, &Executor::sequential(), &NoProgress).unwrap();
+                let checked = check_image(&Image::new(&accel), &Limits::default());
+                assert!(checked.is_valid(), "{name}: {:?}", checked.findings);
+            }
+        }
+    }
+}
+
+#[test]
+fn instanced_scenes_are_decided_mesh_by_mesh() {
+    let mut scene = place(sphere(16, 1.0, [0.0; 3]), &[Affine::IDENTITY, Affine::IDENTITY]);
+    let small = place(sphere(2, 1.0, [5.0; 3]), &[Affine::IDENTITY]);
+    scene.meshes.extend(small.meshes);
+    scene.instances.extend(small.instances.into_iter().map(|i| bvhc::scene::Instance { mesh: 1, ..i }));
+    let accel = compile(scene, &BuildOptions::default(), &Executor::sequential(), &NoProgress).unwrap();
+    assert_eq!((accel.blases.len(), accel.instances.len()), (2, 3));
+    assert!(accel.notes[0].starts_with("auto: of 2 trees took "), "{:?}", accel.notes);
+    assert!(accel.notes.iter().any(|n| n.starts_with("auto, tree 0: ")), "{:?}", accel.notes);
+
+    let nothing = compile(Default::default(), &BuildOptions::default(), &Executor::sequential(), &NoProgress).unwrap();
+    assert!(nothing.notes.is_empty() && nothing.blases.is_empty());
+}
+
+#[test]
+fn auto_stops_at_once_on_a_smooth_surface_and_cuts_where_triangles_are_long() {
+    let auto = |mesh: &Mesh| {
+        let built = decide_tree(mesh, &BuildOptions::default(), &Executor::sequential(), &NoProgress).unwrap();
+        (built.0, built.1.expect("a search says what it did"))
+    };
+    let (tree, choice) = auto(&sphere(40, 1.0, [0.0; 3]));
+    assert_eq!((choice.recipe(), choice.trials.len()), ("sweep", 1), "{choice:?}");
+    assert!(choice.overlap.unwrap() < 0.09 && tree.refs.len() == 6 * 40 * 40 * 2);
+
+    // Bars from corner to corner of a cube, in all directions.
+    let mut state = 1u64;
+    let mut unit = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 40) as f32 / (1u64 << 24) as f32
+    };
+    let bars = (0..1500).map(|_| {
+        let [a, b] = [0; 2].map(|_| [0; 3].map(|_| 10.0 * unit()));
+        [a, b, b.map(|c| c + 0.05)]
+    });
+    let (tree, choice) = auto(&soup(bars.collect()));
+    assert!(choice.recipe().starts_with("sbvh") && tree.refs.len() > 1500, "{choice:?}");
+    assert!(choice.overlap.unwrap() > 0.35 && choice.trials.iter().all(|t| t.name() != "sweep + 8 rounds"));
+}
+
+/// Recipes that are best somewhere.
+fn rivals() -> Vec<BuildOptions> {
+    let of = |method, presplit, reinsert| BuildOptions { method, presplit, reinsert, ..BuildOptions::default() };
+    vec![
+        of(Method::Sbvh, 0.0, 0),
+        of(Method::Sbvh, 0.0, 8),
+        of(Method::Sweep, 0.0, 8),
+        of(Method::Agglomerative, 0.0, 8),
+        of(Method::Bonsai, 0.3, 8),
+    ]
+}
+
+/// Costs of the searches' trees as multiples of the cheapest rival's, by rays that the searches did not see.
+fn over(mesh: &Mesh, rays: usize) -> Vec<(Choice, f64)> {
+    let exec = Executor::new(0).unwrap();
+    let build = |options: &BuildOptions| decide_tree(mesh, options, &exec, &NoProgress).unwrap();
+    let draft = build(&BuildOptions::preset(Preset::Draft)).0;
+    let image = Image::of_tree(mesh, &draft);
+    let rays = ProbeRays::new(&image.view(), &Camera::automatic(&image.view()), rays);
+    let cost = |tree| rays.cost(&Image::of_tree(mesh, &tree).view(), &exec).mean();
+    let cheapest = rivals().iter().map(|rival| cost(build(rival).0)).fold(f64::INFINITY, f64::min);
+    let search = |preset| {
+        let (tree, choice) = build(&BuildOptions::preset(preset));
+        (choice.expect("a search says what it did"), cost(tree) / cheapest)
+    };
+    SEARCHES.map(search).into_iter().collect()
+}
+
+fn within_the_margin(name: &str, mesh: &Mesh, rays: usize) {
+    for (choice, over) in over(mesh, rays) {
+        println!("{name}: {} took {}, {:+.1} %", choice.method, choice.recipe(), (over - 1.0) * 100.0);
+        assert!(over <= 1.05, "{name}: {over} {choice:?}");
+    }
+}
+
+#[test]
+fn samples_stay_within_the_margin() {
+    for name in ["colonnade.obj", "corrugated_roof.obj", "stadium.obj"] {
+        let scene = sample(name);
+        within_the_margin(name, &scene.meshes[0], 1 << 12);
+    }
+}
+
+#[test]
+#[ignore = "long: seven recipes of eight real scenes"]
+fn long_real_scenes_stay_within_the_margin() {
+    let Some(folder) = common::models_dir() else { return };
+    for file in [
+        "sponza_dabrovic/sponza.obj",
+        "sponza_crytek_partial/sponza_crytek_partial.obj",
+        "obvhs_kitchen/kitchen.obj",
+        "stanford_bunny/stanford_bunny.obj",
+        "stanford_dragon/dragon_202k.obj",
+        "city_san_francisco/san_francisco.obj",
+        "sf_lamborghini/sf_lamborghini.glb",
+        "sf_macross_city/sf_macross_city.glb",
+    ] {
+        let Ok(scene) = read(&folder.join(file), &ReadOptions::default()) else {
+            println!("skipped: {file} is not there");
+            continue;
+        };
+        let options = BuildOptions { levels: bvhc::build::Levels::One, ..BuildOptions::default() };
+        let laid_out = lay_out(scene, &options, &Executor::sequential()).unwrap();
+        within_the_margin(file, &laid_out.meshes[0], 1 << 14);
+    }
+}
