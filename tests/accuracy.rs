@@ -67,7 +67,9 @@ fn judge(name: &str, scene: Scene, count: usize) {
         let answers = answers.get_or_insert_with(|| oracle.trace_all(&rays));
         let tally = judge_build(name, &build, &view, &oracle, &rays, answers);
         assert_eq!(tally.unsure, 0, "{name}, {build}");
-        assert!(tally.grazing * 200 <= tally.rays(), "{name}, {build}: {} grazing", tally.grazing);
+        // Of rays that start at a vertex, one in fifty, an instance's matrix puts many a rounding before or behind it.
+        let least = if one_level { 200 } else { 30 };
+        assert!(tally.grazing * least <= tally.rays(), "{name}, {build}: {} grazing", tally.grazing);
     }
 }
 
