@@ -36,6 +36,14 @@ impl Sah {
     }
 }
 
+impl Sah {
+    /// Whether a leaf of `count` references is no dearer than any split at all: one node costs as much as they do.
+    #[inline]
+    pub(super) fn needs_no_split(&self, count: usize) -> bool {
+        self.intersection * count as f32 <= self.traversal
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

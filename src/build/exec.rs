@@ -6,18 +6,54 @@
 
 use super::error::BuildError;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::time::{Duration, Instant};
 
 /// Runs closures on a fixed number of threads, or all of them on the caller's.
 #[derive(Debug)]
 pub struct Executor {
     /// `None`: the sequential twin.
     pool: Option<rayon::ThreadPool>,
+    meter: Option<Meter>,
+}
+
+/// Of a metered executor: how many operations are open, and how long at least one was.
+#[derive(Debug, Default)]
+struct Meter {
+    open: AtomicU64,
+    nanoseconds: AtomicU64,
 }
 
 impl Executor {
     /// Everything on the calling thread.
     pub const fn sequential() -> Executor {
-        Executor { pool: None }
+        Executor { pool: None, meter: None }
+    }
+
+    /// Everything on the calling thread, but cut up as for several, and [`Executor::divided`] tells how much of it was.
+    pub fn metered() -> Executor {
+        Executor { pool: None, meter: Some(Meter::default()) }
+    }
+
+    /// How long a [metered](Executor::metered) executor has spent in work that several threads would share. The rest is what no number
+    /// of threads makes quicker.
+    pub fn divided(&self) -> Duration {
+        Duration::from_nanos(self.meter.as_ref().map_or(0, |meter| meter.nanoseconds.load(Relaxed)))
+    }
+
+    /// The sequential twin of an operation.
+    fn alone<R>(&self, work: impl FnOnce() -> R) -> R {
+        let Some(meter) = &self.meter else { return work() };
+        if meter.open.fetch_add(1, Relaxed) > 0 {
+            let result = work();
+            meter.open.fetch_sub(1, Relaxed);
+            return result;
+        }
+        let start = Instant::now();
+        let result = work();
+        meter.open.fetch_sub(1, Relaxed);
+        meter.nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Relaxed);
+        result
     }
 
     /// `jobs` threads; 0 means one per core.
@@ -31,15 +67,16 @@ impl Executor {
             .thread_name(|i| format!("bvhc-build-{i}"))
             .build()
             .map_err(|e| BuildError::Threads { jobs, reason: e.to_string() })?;
-        Ok(Executor { pool: Some(pool) })
+        Ok(Executor { pool: Some(pool), meter: None })
     }
 
     pub fn threads(&self) -> usize {
         self.pool.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
     }
 
+    /// Whether nothing need be cut up.
     pub fn is_sequential(&self) -> bool {
-        self.pool.is_none()
+        self.pool.is_none() && self.meter.is_none()
     }
 
     /// Enter the pool: what `f` spawns through this executor runs on its threads.
@@ -54,7 +91,7 @@ impl Executor {
     pub fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
         match &self.pool {
             Some(pool) => pool.join(a, b),
-            None => (a(), b()),
+            None => self.alone(|| (a(), b())),
         }
     }
 
@@ -62,7 +99,7 @@ impl Executor {
     pub fn map<T: Send, R: Send>(&self, items: Vec<T>, f: impl Fn(usize, T) -> R + Sync) -> Vec<R> {
         match &self.pool {
             Some(pool) => pool.install(|| items.into_par_iter().enumerate().map(|(i, item)| f(i, item)).collect()),
-            None => items.into_iter().enumerate().map(|(i, item)| f(i, item)).collect(),
+            None => self.alone(|| items.into_iter().enumerate().map(|(i, item)| f(i, item)).collect()),
         }
     }
 
@@ -75,7 +112,7 @@ impl Executor {
     ) -> Vec<R> {
         match &self.pool {
             Some(pool) => pool.install(|| items.par_chunks(size).enumerate().map(|(i, c)| f(i, c)).collect()),
-            None => items.chunks(size).enumerate().map(|(i, c)| f(i, c)).collect(),
+            None => self.alone(|| items.chunks(size).enumerate().map(|(i, c)| f(i, c)).collect()),
         }
     }
 
@@ -88,7 +125,7 @@ impl Executor {
     ) -> Vec<R> {
         match &self.pool {
             Some(pool) => pool.install(|| items.par_chunks_mut(size).enumerate().map(|(i, c)| f(i, c)).collect()),
-            None => items.chunks_mut(size).enumerate().map(|(i, c)| f(i, c)).collect(),
+            None => self.alone(|| items.chunks_mut(size).enumerate().map(|(i, c)| f(i, c)).collect()),
         }
     }
 }

@@ -76,6 +76,7 @@ fn compile_tree(
     progress: &dyn Progress,
 ) -> Result<Tree, BuildError> {
     let count = mesh.triangles.len();
+    progress.phase("references");
     let tree = match options.method {
         Method::Binned => {
             let refs = references(mesh, options, exec)?;

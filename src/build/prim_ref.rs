@@ -78,7 +78,8 @@ impl PrimRefs {
     }
 
     fn generate(count: usize, slack: usize, exec: &Executor, make: impl Fn(usize) -> PrimRef + Sync) -> PrimRefs {
-        let mut refs = vec![bytemuck::Zeroable::zeroed(); count + slack];
+        // Zeroed by the system when touched first, which many threads then do.
+        let mut refs: Vec<PrimRef> = bytemuck::zeroed_vec(count + slack);
         let boxes = exec.map_chunks_mut(&mut refs[..count], CHUNK, |chunk_index, chunk| {
             for (i, slot) in chunk.iter_mut().enumerate() {
                 *slot = make(chunk_index * CHUNK + i);

@@ -10,6 +10,10 @@ pub trait Progress: Sync {
 
     /// So many more of the scene's primitives are finished. The calls of a build sum up to the triangles of all trees.
     fn advance(&self, _primitives: u64) {}
+
+    /// A stretch of a tree's build begins, which lasts until the next one does: for those who measure. Trees that are built side by
+    /// side all report here.
+    fn phase(&self, _name: &'static str) {}
 }
 
 /// Nobody watches.
@@ -45,5 +49,9 @@ impl Progress for Portion<'_> {
     fn advance(&self, primitives: u64) {
         let before = self.done.fetch_add(primitives, Ordering::Relaxed);
         self.inner.advance((before + primitives) / self.builds - before / self.builds);
+    }
+
+    fn phase(&self, name: &'static str) {
+        self.inner.phase(name);
     }
 }

@@ -9,27 +9,12 @@
 use super::exec::Executor;
 
 /// What can be sorted: the whole item is ordered, and its prefix never contradicts that order.
-pub(super) trait RadixKey: Copy + Ord + Send + Sync {
+pub(super) trait RadixKey: bytemuck::Zeroable + Copy + Ord + Send + Sync {
     /// `a < b` implies `a.prefix() <= b.prefix()`.
     fn prefix(&self) -> u64;
 }
 
-/// A 64-bit key and what it belongs to. Equal keys are in the order of their indices.
-#[cfg_attr(not(test), allow(dead_code))] // The agglomerative builder sorts these.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Keyed {
-    pub key: u64,
-    pub index: u32,
-}
-
-impl RadixKey for Keyed {
-    #[inline(always)]
-    fn prefix(&self) -> u64 {
-        self.key
-    }
-}
-
-/// A 32-bit key above a 32-bit index, say: half the memory of [`Keyed`].
+/// A key above an index, say.
 impl RadixKey for u64 {
     #[inline(always)]
     fn prefix(&self) -> u64 {
@@ -50,7 +35,7 @@ pub(super) fn sort<T: RadixKey>(items: &mut [T], exec: &Executor) {
     if items.len() <= SMALL {
         return items.sort_unstable();
     }
-    let mut scratch = items.to_vec();
+    let mut scratch = bytemuck::zeroed_vec(items.len());
     exec.run(|| deal(items, &mut scratch, Place::Items, exec));
 }
 
@@ -162,6 +147,19 @@ fn cut<'a, T>(slice: &mut &'a mut [T], count: usize) -> &'a mut [T] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A key and what it belongs to. Equal keys are in the order of their indices.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, bytemuck::Zeroable)]
+    struct Keyed {
+        key: u64,
+        index: u32,
+    }
+
+    impl RadixKey for Keyed {
+        fn prefix(&self) -> u64 {
+            self.key
+        }
+    }
 
     /// A linear congruential generator: the same numbers everywhere.
     fn numbers(count: usize, seed: u64) -> Vec<u64> {

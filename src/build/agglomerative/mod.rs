@@ -41,13 +41,16 @@ pub(super) fn build(
         return Ok(Tree::default());
     }
     let bounds = input.bounds;
-    let refs = exec.run(|| morton::sort(input.refs, exec));
+    progress.phase("sort");
+    let (refs, scratch) = exec.run(|| morton::sort(input.refs, &input.centroids, exec));
     let rules = rounds::Rules {
         sah: Sah { traversal: options.traversal_cost, intersection: options.intersection_cost },
         max_leaf: options.max_leaf.clamp(1, 255),
         radius: options.radius.clamp(1, MAX_RADIUS) as usize,
         scale: rounds::scale_of(&bounds),
     };
-    let forest = exec.run(|| rounds::cluster(&refs, &rules, exec, progress, share))?;
+    progress.phase("merge");
+    let forest = exec.run(|| rounds::cluster(&refs, scratch, &rules, exec, progress, share))?;
+    progress.phase("put together");
     emit::emit(&refs, &forest, options, exec)
 }

@@ -2,53 +2,84 @@
 
 use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRef;
-use crate::build::radix::{self, Keyed};
+use crate::build::radix;
+use crate::geom::Aabb;
 
-/// Bits of a code per axis.
+/// Most bits of a code per axis.
 const BITS: u32 = 21;
 /// References that one task codes or moves.
 const CHUNK: usize = 1 << 14;
 /// Runs of equal codes up to this length stay in the order of the references: any window holds them whole.
 const MAX_TIES: usize = 4;
 
-/// The references in the order of their centres' Morton codes, equal centres in the order that they come in.
+/// How a code and, in the low bits, the number of its reference share 64 bits: half the memory of a pair, and quicker to compare.
+#[derive(Clone, Copy)]
+struct Packing {
+    index_bits: u32,
+    bits_per_axis: u32,
+}
+
+impl Packing {
+    fn of(count: usize) -> Packing {
+        let index_bits = usize::BITS - count.leading_zeros();
+        Packing { index_bits, bits_per_axis: ((u64::BITS - index_bits) / 3).min(BITS) }
+    }
+
+    fn code(self, key: u64) -> u64 {
+        key >> self.index_bits
+    }
+
+    fn index(self, key: u64) -> usize {
+        (key & ((1 << self.index_bits) - 1)) as usize
+    }
+}
+
+/// The references in the order of their centres' Morton codes, equal centres in the order that they come in; and the memory that they
+/// were in.
 ///
 /// Where many references share a cell of the finest grid, as a small model does in a large scene, the cell gets a grid of its
 /// own, and so on until centres are told apart or equal.
-pub(super) fn sort(refs: Vec<PrimRef>, exec: &Executor) -> Vec<PrimRef> {
-    let mut keys = vec![Keyed::default(); refs.len()];
+/// `centroids` is the box of the doubled centres as far as floats tell.
+pub(super) fn sort(refs: Vec<PrimRef>, centroids: &Aabb, exec: &Executor) -> (Vec<PrimRef>, Vec<PrimRef>) {
+    let packing = Packing::of(refs.len());
+    let mut keys = vec![0u64; refs.len()];
+    let grid = Grid::over_box(centroids.min.map(f64::from), centroids.max.map(f64::from), packing);
     exec.map_chunks_mut(&mut keys, CHUNK, |chunk_index, chunk| {
-        for (i, key) in chunk.iter_mut().enumerate() {
-            key.index = (chunk_index * CHUNK + i) as u32;
+        for (i, key) in (chunk_index * CHUNK..).zip(chunk) {
+            let code = grid.as_ref().map_or(0, |grid| grid.code(center2(&refs[i])));
+            *key = code << packing.index_bits | i as u64;
         }
     });
-    code_and_sort(&mut keys, &refs, exec);
+    match grid {
+        Some(_) => radix::sort(&mut keys, exec),
+        None => _ = code_and_sort(&mut keys, &refs, packing, exec),
+    }
 
-    // Give every run of equal codes a grid of its own. A run lies within one cell, so its box shrinks 2²¹ times at least with every
-    // grid, and all of the range of `f32` needs no more than a dozen.
+    // Give every run of equal codes a grid of its own. A run lies within one cell, so its box shrinks many times with every grid.
     let mut open = Vec::new();
-    push_ties(&keys, 0, &mut open);
+    push_ties(&keys, 0, packing, &mut open);
     while let Some((start, end)) = open.pop() {
-        if code_and_sort(&mut keys[start..end], &refs, exec) {
-            push_ties(&keys[start..end], start, &mut open);
+        if code_and_sort(&mut keys[start..end], &refs, packing, exec) {
+            push_ties(&keys[start..end], start, packing, &mut open);
         }
     }
 
-    let mut sorted = vec![bytemuck::Zeroable::zeroed(); refs.len()];
+    let mut sorted: Vec<PrimRef> = bytemuck::zeroed_vec(refs.len());
     exec.map_chunks_mut(&mut sorted, CHUNK, |chunk_index, chunk| {
         for (slot, key) in chunk.iter_mut().zip(&keys[chunk_index * CHUNK..]) {
-            *slot = refs[key.index as usize];
+            *slot = refs[packing.index(*key)];
         }
     });
-    sorted
+    (sorted, refs)
 }
 
 /// Code the keys by a grid over the box of their centres, and sort them; `false` where all centres are equal.
-fn code_and_sort(keys: &mut [Keyed], refs: &[PrimRef], exec: &Executor) -> bool {
-    let Some(grid) = Grid::over(keys, refs, exec) else { return false };
+fn code_and_sort(keys: &mut [u64], refs: &[PrimRef], packing: Packing, exec: &Executor) -> bool {
+    let Some(grid) = Grid::over(keys, refs, packing, exec) else { return false };
     exec.map_chunks_mut(keys, CHUNK, |_, chunk| {
         for key in chunk {
-            key.key = grid.code(center2(&refs[key.index as usize]));
+            let index = packing.index(*key);
+            *key = grid.code(center2(&refs[index])) << packing.index_bits | index as u64;
         }
     });
     radix::sort(keys, exec);
@@ -56,16 +87,20 @@ fn code_and_sort(keys: &mut [Keyed], refs: &[PrimRef], exec: &Executor) -> bool 
 }
 
 /// The runs of more than [`MAX_TIES`] equal codes, as ranges that count from `base`.
-fn push_ties(keys: &[Keyed], base: usize, open: &mut Vec<(usize, usize)>) {
+fn push_ties(keys: &[u64], base: usize, packing: Packing, open: &mut Vec<(usize, usize)>) {
     let mut start = 0;
     while start < keys.len() {
-        let mut end = start + 1;
-        while end < keys.len() && keys[end].key == keys[start].key {
+        let code = packing.code(keys[start]);
+        // Sorted: one look tells whether enough are equal.
+        if keys.get(start + MAX_TIES).is_none_or(|key| packing.code(*key) != code) {
+            start += 1;
+            continue;
+        }
+        let mut end = start + MAX_TIES + 1;
+        while end < keys.len() && packing.code(keys[end]) == code {
             end += 1;
         }
-        if end - start > MAX_TIES {
-            open.push((base + start, base + end));
-        }
+        open.push((base + start, base + end));
         start = end;
     }
 }
@@ -75,29 +110,37 @@ fn center2(r: &PrimRef) -> [f64; 3] {
     [0, 1, 2].map(|a| f64::from(r.min[a]) + f64::from(r.max[a]))
 }
 
-/// Cubic cells: 2²¹ along the longest side.
+/// Cubic cells, a power of two along the longest side.
 struct Grid {
     low: [f64; 3],
     per_unit: f64,
+    last: u64,
 }
 
 impl Grid {
-    fn over(keys: &[Keyed], refs: &[PrimRef], exec: &Executor) -> Option<Grid> {
+    fn over(keys: &[u64], refs: &[PrimRef], packing: Packing, exec: &Executor) -> Option<Grid> {
         let boxes = exec.map_chunks(keys, CHUNK, |_, chunk| {
             chunk.iter().fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), key| {
-                let c = center2(&refs[key.index as usize]);
+                let c = center2(&refs[packing.index(*key)]);
                 ([0, 1, 2].map(|a| low[a].min(c[a])), [0, 1, 2].map(|a| high[a].max(c[a])))
             })
         });
         let (low, high) = boxes.into_iter().fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |x, y| {
             ([0, 1, 2].map(|a| x.0[a].min(y.0[a])), [0, 1, 2].map(|a| x.1[a].max(y.1[a])))
         });
+        Grid::over_box(low, high, packing)
+    }
+
+    /// `None` over a box of no extent, or of none that a number tells.
+    fn over_box(low: [f64; 3], high: [f64; 3], packing: Packing) -> Option<Grid> {
         let extent = (0..3).map(|a| high[a] - low[a]).fold(0.0, f64::max);
-        (extent > 0.0).then(|| Grid { low, per_unit: f64::from(1u32 << BITS) / extent })
+        let cells = 1u32 << packing.bits_per_axis;
+        let usable = low.iter().chain(&high).all(|v| v.is_finite()) && extent > 0.0;
+        usable.then(|| Grid { low, per_unit: f64::from(cells) / extent, last: u64::from(cells - 1) })
     }
 
     fn code(&self, center2: [f64; 3]) -> u64 {
-        let cell = |a: usize| (((center2[a] - self.low[a]) * self.per_unit) as u64).min((1 << BITS) - 1);
+        let cell = |a: usize| (((center2[a] - self.low[a]) * self.per_unit) as u64).min(self.last);
         spread(cell(0)) << 2 | spread(cell(1)) << 1 | spread(cell(2))
     }
 }
@@ -114,7 +157,12 @@ fn spread(v: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::Aabb;
+    use crate::build::top_down::partition::bounds_of;
+
+    fn sorted(refs: Vec<PrimRef>, exec: &Executor) -> Vec<PrimRef> {
+        let (_, centroids) = bounds_of(&refs);
+        sort(refs, &centroids, exec).0
+    }
 
     fn point(at: [f32; 3], prim: u32) -> PrimRef {
         PrimRef::new(&Aabb { min: at, max: at }, prim)
@@ -135,7 +183,7 @@ mod tests {
         refs.push(point([-5e5; 3], 1000));
         refs.push(point([5e5; 3], 1001));
         for jobs in [1, 3] {
-            let sorted = sort(refs.clone(), &Executor::new(jobs).unwrap());
+            let sorted = sorted(refs.clone(), &Executor::new(jobs).unwrap());
             assert!(sorted.is_sorted_by(|a, b| a.min[0] <= b.min[0]));
         }
     }
@@ -143,16 +191,16 @@ mod tests {
     #[test]
     fn a_geometric_series_is_in_order() {
         let refs: Vec<PrimRef> = (0..149u32).map(|i| point([0.5f32.powi(i as i32), 0.0, 0.0], i)).collect();
-        let sorted = sort(refs, &Executor::sequential());
+        let sorted = sorted(refs, &Executor::sequential());
         // But for a run too short to matter.
         assert!(sorted.windows(MAX_TIES + 1).all(|w| w[0].min[0] < w[MAX_TIES].min[0]));
     }
 
     #[test]
     fn equal_centres_keep_their_order_and_huge_ones_do_not_overflow() {
-        let same = sort((0..5000).map(|i| point([1.0, 2.0, 3.0], i)).collect(), &Executor::sequential());
+        let same = sorted((0..5000).map(|i| point([1.0, 2.0, 3.0], i)).collect(), &Executor::sequential());
         assert!(same.iter().enumerate().all(|(i, r)| r.prim == i as u32));
-        let huge = sort(
+        let huge = sorted(
             vec![point([3e38; 3], 0), point([-3e38; 3], 1), point([0.0; 3], 2), point([1e38, 3e38, 0.0], 3)],
             &Executor::sequential(),
         );

@@ -27,7 +27,7 @@ pub(super) struct Rules {
 }
 
 /// Two clusters that became one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, bytemuck::Zeroable)]
 pub(super) struct Merge {
     pub bounds: Aabb,
     /// Numbers below the number of references are references, the others merges made before.
@@ -40,11 +40,8 @@ pub(super) struct Merge {
     pub cost: f32,
 }
 
-const UNUSED: Merge = Merge { bounds: Aabb::EMPTY, children: [0; 2], count: 0, height: 0, cost: 0.0 };
-
 /// All merges; children stand before their parents, and the last is the root.
 pub(super) struct Forest {
-    pub references: usize,
     pub merges: Vec<Merge>,
 }
 
@@ -63,88 +60,110 @@ pub(super) fn scale_of(bounds: &Aabb) -> f32 {
     2f32.powi((-exponent).clamp(-126, 126))
 }
 
-/// Merge the references, which stand in the order in which they are neighbours, until one cluster is left.
+/// Merge the references, which stand in the order in which they are neighbours, until one cluster is left. `scratch` is room for as many.
 pub(super) fn cluster(
     refs: &[PrimRef],
+    scratch: Vec<PrimRef>,
     rules: &Rules,
     exec: &Executor,
     progress: &dyn Progress,
     share: u64,
 ) -> Result<Forest, BuildError> {
-    let mut forest = Forest { references: refs.len(), merges: Vec::with_capacity(refs.len() - 1) };
-    let mut clusters: Vec<PrimRef> = Vec::with_capacity(refs.len());
-    clusters.extend(refs.iter().enumerate().map(|(i, r)| PrimRef { prim: i as u32, ..*r }));
-    let mut reported = 0;
-    while clusters.len() > 1 {
+    let mut merges = bytemuck::zeroed_vec(refs.len() - 1);
+    let mut rounds = Rounds::new(refs, scratch, rules, exec);
+    let (mut made, mut reported) = (0, 0);
+    while rounds.left > 1 {
         if progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
-        let mut partners = vec![NONE; clusters.len()];
-        exec.map_chunks_mut(&mut partners, CHUNK, |chunk, partners| {
-            window::best_matches(&clusters, chunk * CHUNK, rules.radius, rules.scale, partners);
-        });
-        clusters = merge(&mut forest, &clusters, partners, rules, exec);
+        made += rounds.merge(&mut merges, made);
 
-        let done = (u128::from(share) * forest.merges.len() as u128 / refs.len() as u128) as u64;
+        let done = (u128::from(share) * made as u128 / refs.len() as u128) as u64;
         progress.advance(done - reported);
         reported = done;
     }
     progress.advance(share - reported);
-    Ok(forest)
+    Ok(Forest { merges })
 }
 
-/// The clusters of the next round: each merged pair in the place of its first cluster.
-fn merge(
-    forest: &mut Forest,
-    clusters: &[PrimRef],
-    mut partners: Vec<u32>,
-    rules: &Rules,
-    exec: &Executor,
-) -> Vec<PrimRef> {
-    let mut pairs = count_pairs(&partners, exec);
-    let merging = |pairs: &[[usize; 2]]| pairs.iter().map(|[firsts, _]| firsts).sum::<usize>();
-    if clusters.len() > MANY && merging(&pairs) * FEWEST < clusters.len() {
-        make_pairs(&mut partners);
-        pairs = count_pairs(&partners, exec);
+/// The clusters, and room for those of the next round: all memory that the rounds need.
+struct Rounds<'a> {
+    clusters: Vec<PrimRef>,
+    next: Vec<PrimRef>,
+    partners: Vec<u32>,
+    /// How many clusters there are.
+    left: usize,
+    references: usize,
+    rules: &'a Rules,
+    exec: &'a Executor,
+}
+
+impl<'a> Rounds<'a> {
+    /// Every reference is a cluster of one.
+    fn new(refs: &[PrimRef], scratch: Vec<PrimRef>, rules: &'a Rules, exec: &'a Executor) -> Rounds<'a> {
+        let (mut clusters, left) = (scratch, refs.len());
+        exec.map_chunks_mut(&mut clusters, CHUNK, |chunk, clusters| {
+            for (i, (cluster, r)) in clusters.iter_mut().zip(&refs[chunk * CHUNK..]).enumerate() {
+                *cluster = PrimRef { prim: (chunk * CHUNK + i) as u32, ..*r };
+            }
+        });
+        let (next, partners) = (bytemuck::zeroed_vec(left), vec![NONE; left]);
+        Rounds { clusters, next, partners, left, references: left, rules, exec }
     }
 
-    // Give every chunk its run of the new clusters and of the new merges.
-    let total = merging(&pairs);
-    let old_merges = forest.merges.len();
-    forest.merges.resize(old_merges + total, UNUSED);
-    let (known, mut new_merges) = forest.merges.split_at_mut(old_merges);
-    let known = Known { merges: known, references: forest.references, rules };
-    let mut next = vec![bytemuck::Zeroable::zeroed(); clusters.len() - total];
-    let mut rest = next.as_mut_slice();
-    let mut number = (forest.references + old_merges) as u32;
-    let mut jobs = Vec::with_capacity(pairs.len());
-    for (chunk, [firsts, seconds]) in pairs.into_iter().enumerate() {
-        let all = chunk * CHUNK..((chunk + 1) * CHUNK).min(clusters.len());
-        let (out, others) = std::mem::take(&mut rest).split_at_mut(all.len() - seconds);
-        let (merges, other_merges) = std::mem::take(&mut new_merges).split_at_mut(firsts);
-        (rest, new_merges) = (others, other_merges);
-        jobs.push((all, out, merges, number));
-        number += firsts as u32;
-    }
-    exec.map(jobs, |_, (all, out, merges, number)| {
-        let (mut out, mut merges) = (out.iter_mut(), merges.iter_mut().zip(number..));
-        for i in all {
-            let cluster = match pair_at(&partners, i) {
-                Pair::Second => continue,
-                Pair::None => clusters[i],
-                Pair::First => {
-                    // Counted above: there is a place for each.
-                    let Some((place, number)) = merges.next() else { continue };
-                    *place = known.merged(&clusters[i], &clusters[partners[i] as usize]);
-                    PrimRef { prim: number, ..PrimRef::new(&place.bounds, 0) }
-                }
-            };
-            if let Some(place) = out.next() {
-                *place = cluster;
-            }
+    /// A round. Each merged pair takes the place of its first cluster; `merges[..made]` are those of earlier rounds, and this one's
+    /// follow. Returns how many.
+    fn merge(&mut self, merges: &mut [Merge], made: usize) -> usize {
+        let (exec, count) = (self.exec, self.left);
+        let (clusters, partners) = (&self.clusters[..count], &mut self.partners[..count]);
+        let (radius, scale) = (self.rules.radius, self.rules.scale);
+        exec.map_chunks_mut(partners, CHUNK, |chunk, partners| {
+            window::best_matches(clusters, chunk * CHUNK, radius, scale, partners);
+        });
+        let mut pairs = count_pairs(partners, exec);
+        let merging = |pairs: &[[usize; 2]]| pairs.iter().map(|[firsts, _]| firsts).sum::<usize>();
+        if count > MANY && merging(&pairs) * FEWEST < count {
+            make_pairs(partners);
+            pairs = count_pairs(partners, exec);
         }
-    });
-    next
+
+        // Give every chunk its run of the new clusters and of the new merges.
+        let (total, partners) = (merging(&pairs), &*partners);
+        let (known, mut new_merges) = merges.split_at_mut(made);
+        let known = Known { merges: known, references: self.references, rules: self.rules };
+        let mut rest = self.next.as_mut_slice();
+        let mut number = (self.references + made) as u32;
+        let mut jobs = Vec::with_capacity(pairs.len());
+        for (chunk, [firsts, seconds]) in pairs.into_iter().enumerate() {
+            let all = chunk * CHUNK..((chunk + 1) * CHUNK).min(count);
+            let (out, others) = std::mem::take(&mut rest).split_at_mut(all.len() - seconds);
+            let (merges, other_merges) = std::mem::take(&mut new_merges).split_at_mut(firsts);
+            (rest, new_merges) = (others, other_merges);
+            jobs.push((all, out, merges, number));
+            number += firsts as u32;
+        }
+        exec.map(jobs, |_, (all, out, merges, number)| {
+            let (mut out, mut merges) = (out.iter_mut(), merges.iter_mut().zip(number..));
+            for i in all {
+                let cluster = match pair_at(partners, i) {
+                    Pair::Second => continue,
+                    Pair::None => clusters[i],
+                    Pair::First => {
+                        // Counted above: there is a place for each.
+                        let Some((place, number)) = merges.next() else { continue };
+                        *place = known.merged(&clusters[i], &clusters[partners[i] as usize]);
+                        PrimRef { prim: number, ..PrimRef::new(&place.bounds, 0) }
+                    }
+                };
+                if let Some(place) = out.next() {
+                    *place = cluster;
+                }
+            }
+        });
+        std::mem::swap(&mut self.clusters, &mut self.next);
+        self.left -= total;
+        total
+    }
 }
 
 /// How many clusters of each chunk are the first of a pair, and how many the second.

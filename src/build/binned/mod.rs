@@ -144,6 +144,9 @@ impl Binned {
 
 impl Strategy for Binned {
     fn split(&self, node: &NodeTask, slots: &mut [PrimRef], exec: &Executor) -> Decision {
+        if node.live <= self.max_leaf && self.sah.needs_no_split(node.live) {
+            return Decision::Leaf;
+        }
         let refs = &mut slots[..node.live];
         let Some(split) = self.find(node, refs, exec) else { return Decision::Leaf };
         let area = scaled_half_area(&node.bounds, area_scale(&node.bounds));

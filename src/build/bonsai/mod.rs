@@ -34,6 +34,7 @@ pub(super) fn build(
     share: u64,
 ) -> Result<Tree, BuildError> {
     check_slots(input.refs.len())?;
+    progress.phase("groups");
     let mut groups = exec.run(|| groups::divide(&mut input.refs, input.centroids, exec));
     if groups.len() <= 1 {
         // One mini tree is the whole.
@@ -42,6 +43,7 @@ pub(super) fn build(
         return Ok(Grown::Whole { pair, root, piece }.into_tree(exec));
     }
 
+    progress.phase("mini trees");
     // Each group counts for its part of the progress, rounded so that the sum is exact.
     let total = input_len(&groups);
     let mut before = 0;
@@ -61,8 +63,11 @@ pub(super) fn build(
     let minis = minis.into_iter().collect::<Result<Vec<Mini>, BuildError>>()?;
     drop(input);
 
+    progress.phase("prune");
     let (stems, height) = exec.run(|| prune(&minis, options.prune, exec));
+    progress.phase("top tree");
     let top = top_tree(&stems, MAX_DEPTH - height, options, exec, progress)?;
+    progress.phase("put together");
     let pieces: Vec<&Piece> = minis.iter().map(|mini| &mini.piece).collect();
     Ok(exec.run(|| splice(&top, &stems, &pieces, exec)))
 }

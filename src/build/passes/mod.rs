@@ -6,6 +6,7 @@
 //! also makes leaves of subtrees where that is cheaper.
 
 mod emit;
+mod links;
 mod reinsert;
 mod search;
 #[cfg(test)]
@@ -40,6 +41,7 @@ pub fn improved(
     if options.reinsert == 0 && !options.collapse {
         return Ok(None);
     }
+    progress.phase("reinsert: links");
     let Some(mut work) = WorkTree::new(tree, exec) else { return Ok(None) };
     let before = work.inner_area;
     exec.run(|| reinsert::reinsert(&mut work, options.reinsert, exec, progress))?;
@@ -58,6 +60,7 @@ pub fn improved(
     if progress.is_cancelled() {
         return Err(BuildError::Cancelled);
     }
+    progress.phase("reinsert: put together");
     let sah = Sah { traversal: options.traversal_cost, intersection: options.intersection_cost };
     let collapse = options.collapse.then_some(Collapse { sah, max_leaf: options.max_leaf as usize });
     Ok(Some(emit(&work, &tree.refs, collapse, exec)))

@@ -34,12 +34,16 @@ pub fn reinsert(tree: &mut WorkTree, rounds: u32, exec: &Executor, progress: &dy
         if progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
+        progress.phase("reinsert: search");
         let threshold = threshold(round, rounds);
         let before = tree.inner_area;
         let least = threshold * before / tree.slots.len() as f64;
-        for Move { from, to, .. } in find_moves(tree, least as f32, exec) {
+        let moves = find_moves(tree, least as f32, exec);
+        progress.phase("reinsert: move");
+        for Move { from, to, .. } in moves {
             tree.move_subtree(from, to);
         }
+        progress.phase("reinsert: refit");
         tree.refit();
         if threshold <= FINE && before - tree.inner_area < LEAST_GAIN * before {
             break;

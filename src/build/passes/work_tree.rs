@@ -4,6 +4,7 @@
 //! asks for next, a node's sibling is one bit away, and one parent link serves both. Moving a subtree changes what three
 //! slots hold and nothing else, so slots are neither made nor freed.
 
+use super::links::Links;
 use crate::build::exec::Executor;
 use crate::build::lanes::LaneBox;
 use crate::build::{area_scale, scaled_half_area};
@@ -25,7 +26,7 @@ pub struct Slot {
 /// The bit of [`Slot::link`] that marks a leaf: a tree has fewer than 2³¹ references and fewer pairs than that.
 pub const LEAF: u32 = 1 << 31;
 /// The root's parent.
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 /// Slots that a task converts at once.
 const CHUNK: usize = 1 << 14;
 
@@ -85,7 +86,7 @@ impl WorkTree {
         if tree.nodes.len() < 4 || !usable {
             return None;
         }
-        let mut slots: Vec<Slot> = vec![bytemuck::Zeroable::zeroed(); tree.nodes.len()];
+        let mut slots: Vec<Slot> = bytemuck::zeroed_vec(tree.nodes.len());
         let areas = exec.map_chunks_mut(&mut slots, CHUNK, |chunk_index, chunk| {
             let mut inner_area = 0.0;
             for (slot, node) in chunk.iter_mut().zip(&tree.nodes[chunk_index * CHUNK..]) {
@@ -97,19 +98,7 @@ impl WorkTree {
             inner_area
         });
 
-        // Children lie behind their parents: links up going forward, heights going back.
-        let mut parents = vec![NONE; tree.nodes.len() / 2];
-        let mut heights = vec![0u8; tree.nodes.len()];
-        let mut leaf_counts = vec![0u8; tree.refs.len()];
-        for (i, node) in tree.nodes.iter().enumerate().rev().filter(|(i, _)| *i != 1) {
-            if node.is_leaf() {
-                leaf_counts[node.first as usize] = node.count as u8;
-            } else {
-                parents[node.first as usize / 2] = i as u32;
-                let first = node.first as usize;
-                heights[i] = 1 + heights[first].max(heights[first + 1]);
-            }
-        }
+        let Links { parents, heights, leaf_counts } = Links::of(tree, exec);
         let flags = vec![0u8; tree.nodes.len()];
         let inner_area = areas.iter().sum();
         Some(WorkTree { slots, parents, heights, flags, leaf_counts, scale, inner_area, taken: Vec::new() })

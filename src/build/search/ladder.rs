@@ -159,4 +159,8 @@ impl Progress for Silent<'_> {
     fn is_cancelled(&self) -> bool {
         self.0.is_cancelled()
     }
+
+    fn phase(&self, name: &'static str) {
+        self.0.phase(name);
+    }
 }

@@ -31,6 +31,9 @@ const CHUNK: usize = 1 << 12;
 /// A spatial split must beat the object split by a hundredth: its duplicates cost memory, and its price is an estimate.
 const MARGIN: f32 = 0.99;
 
+/// Space is not divided where cutting the overlap of the object split's children would save less than this share of a child's area.
+const LEAST_GAIN: f64 = 0.005;
+
 /// The method `sbvh`.
 pub struct Spatial<'a> {
     mesh: &'a Mesh,
@@ -78,7 +81,9 @@ impl<'a> Spatial<'a> {
         // Boxes that only touch, as on a regular grid, share a face but no ray is tested twice for it.
         let (shared, whole) = (overlap.extent(), node.bounds.extent());
         let touch = (0..3).any(|a| shared[a] <= 0.0 && whole[a] > 0.0);
-        !overlap.is_empty() && !touch && half_area(&overlap) > self.overlap
+        let sides = split.map(Object::bounds);
+        let can_gain = sides.is_none_or(|sides| most_saved(&node.bounds, &overlap, sides) > LEAST_GAIN);
+        !overlap.is_empty() && !touch && half_area(&overlap) > self.overlap && can_gain
     }
 
     /// Few references are swept, more are binned.
@@ -149,10 +154,10 @@ impl Strategy for Spatial<'_> {
 
         if let Some(plane) = spatial {
             let cutter = Cutter { mesh: self.mesh, clip: self.clip, unsplit: self.unsplit, scale };
-            if let Some(Parts { left, right, right_refs }) = cutter.partition(&plane, slots, live) {
+            if let Some(Parts { left, right, right_refs }) = cutter.partition(&plane, slots, live, exec) {
                 let spare = slots.len() - left.live - right.live;
-                let left_slots = left.live + share_of(spare, &slots[..left.live], &right_refs);
-                slots[left_slots..left_slots + right.live].copy_from_slice(&right_refs);
+                let left_slots = left.live + share_of(spare, &slots[..left.live], &right_refs, exec);
+                copy(&right_refs, &mut slots[left_slots..left_slots + right.live], exec);
                 return Decision::Split { left: left.child(left_slots), right: right.child(slots.len() - left_slots) };
             }
 
@@ -164,26 +169,43 @@ impl Strategy for Spatial<'_> {
         }
         let Some(split) = object else { return Decision::Leaf };
         let (left, right) = split.apply(&mut slots[..live], exec);
-        divide(left, right, slots)
+        divide(left, right, slots, exec)
     }
 }
 
 /// Move the right child's references behind the left child's share of the free slots.
-fn divide(left: Child, right: Child, slots: &mut [PrimRef]) -> Decision {
+fn divide(left: Child, right: Child, slots: &mut [PrimRef], exec: &Executor) -> Decision {
     let (total, live) = (slots.len(), left.live + right.live);
     if total == live {
         return Decision::Split { left, right };
     }
     let (left_refs, right_refs) = slots[..live].split_at(left.live);
-    let left_slots = left.live + share_of(total - live, left_refs, right_refs);
-    slots.copy_within(left.live..live, left_slots);
+    let left_slots = left.live + share_of(total - live, left_refs, right_refs, exec);
+
+    // Where old and new place overlap, only what stands before the new place moves, to its end: the order is nobody's concern.
+    let moved = right.live.min(left_slots - left.live);
+    let (from, to) = slots[left.live..left_slots + right.live].split_at_mut(left_slots.max(live) - left.live);
+    let end = to.len() - moved;
+    copy(&from[..moved], &mut to[end..], exec);
     Decision::Split { left: Child { slots: left_slots, ..left }, right: Child { slots: total - left_slots, ..right } }
+}
+
+/// Copy references to a place of as many.
+fn copy(from: &[PrimRef], to: &mut [PrimRef], exec: &Executor) {
+    if from.len() < CHUNKED {
+        return to.copy_from_slice(from);
+    }
+    exec.map_chunks_mut(to, CHUNK, |i, chunk| chunk.copy_from_slice(&from[i * CHUNK..][..chunk.len()]));
 }
 
 /// The left side's share of the free slots: in proportion to the surface of the references' boxes, since it is large boxes that are
 /// worth cutting.
-fn share_of(spare: usize, left: &[PrimRef], right: &[PrimRef]) -> usize {
+fn share_of(spare: usize, left: &[PrimRef], right: &[PrimRef], exec: &Executor) -> usize {
     let sum = |refs: &[PrimRef]| refs.iter().map(|r| half_area(&r.bounds())).sum::<f64>();
+    let sum = |refs: &[PrimRef]| match refs.len() {
+        0..CHUNKED => sum(refs),
+        _ => exec.map_chunks(refs, CHUNK, |_, chunk| sum(chunk)).iter().sum::<f64>(),
+    };
     let (left, right) = (sum(left), sum(right));
     if left + right > 0.0 { ((spare as f64) * (left / (left + right))) as usize } else { spare / 2 }
 }
@@ -202,12 +224,16 @@ impl Object {
         }
     }
 
-    /// What both children's boxes share.
-    fn overlap(&self) -> Aabb {
-        let [left, right] = match self {
+    fn bounds(&self) -> [Aabb; 2] {
+        match self {
             Object::Binned(split) => split.bounds,
             Object::Swept(split) => split.bounds.map(LaneBox::aabb),
-        };
+        }
+    }
+
+    /// What both children's boxes share.
+    fn overlap(&self) -> Aabb {
+        let [left, right] = self.bounds();
         left.intersection(right)
     }
 
@@ -217,6 +243,22 @@ impl Object {
             Object::Swept(split) => split.apply(refs),
         }
     }
+}
+
+/// The most that either child's box could lose of its area, as a share of it, if a plane across the axis on which they overlap least
+/// gave all of the overlap to the other. A thin overlap has a large face, but next to nothing is saved by cutting it.
+fn most_saved(node: &Aabb, overlap: &Aabb, sides: [Aabb; 2]) -> f64 {
+    let edges = |b: &Aabb| [0, 1, 2].map(|a| f64::from(b.max[a]) - f64::from(b.min[a]));
+    let (whole, shared) = (edges(node), edges(overlap));
+    let thinness = |a: usize| if whole[a] > 0.0 { shared[a] / whole[a] } else { f64::INFINITY };
+    let axis = (1..3).fold(0, |best, a| if thinness(a) < thinness(best) { a } else { best });
+    let lost = |side: &Aabb| {
+        let (edges, area) = (edges(side), half_area(side));
+        let around = edges[(axis + 1) % 3] + edges[(axis + 2) % 3];
+        // Nothing is known of what has no area.
+        if area > 0.0 { shared[axis] * around / area } else { f64::INFINITY }
+    };
+    lost(&sides[0]).max(lost(&sides[1]))
 }
 
 /// Half the area in `f64`, which no finite box overflows; 0 for an empty box.

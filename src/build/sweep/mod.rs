@@ -49,8 +49,11 @@ pub(super) fn build(
     let root = NodeTask { bounds: input.bounds, centroids: input.centroids, live, depth: 0 };
     let sweep = Sweep::new(options);
     let driver = Driver::new(&sweep, Limits { max_leaf: options.max_leaf, max_depth: MAX_DEPTH }, exec, progress);
+    progress.phase("sort");
     let mut buffers = exec.run(|| Buffers::sorted(&input.refs, exec));
+    progress.phase("split");
     let grown = driver.grow_all(root, buffers.all(&input.refs), share)?;
+    progress.phase("put together");
     drop((input, buffers));
     Ok(grown.into_tree(exec))
 }

@@ -50,7 +50,7 @@ impl Buffers {
             by_axis,
             spare: vec![0; count],
             notes: notes(count),
-            near: vec![bytemuck::Zeroable::zeroed(); near],
+            near: bytemuck::zeroed_vec(near),
             near_notes: notes(near),
         }
     }

@@ -42,7 +42,9 @@ pub fn build(
     }
     let task = NodeTask { bounds: input.bounds, centroids: input.centroids, live, depth: 0 };
     let driver = Driver::new(strategy, Limits { max_leaf, max_depth: MAX_DEPTH }, exec, progress);
+    progress.phase("split");
     let grown = driver.grow_all(task, input.refs.as_mut_slice(), share)?;
+    progress.phase("put together");
     drop(input);
     Ok(grown.into_tree(exec))
 }

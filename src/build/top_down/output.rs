@@ -159,7 +159,7 @@ impl Branch {
     /// copied at once.
     pub fn assemble(self, exec: &Executor) -> Tree {
         let (node_count, ref_count) = self.size();
-        let mut tree = Tree { nodes: vec![UNUSED; node_count + 2], refs: vec![0; ref_count] };
+        let mut tree = Tree { nodes: bytemuck::zeroed_vec(node_count + 2), refs: vec![0; ref_count] };
         let mut layout = Layout::over(&mut tree);
         let pair = layout.take_pair();
         let root = layout.place(self);
@@ -218,7 +218,7 @@ pub(in crate::build) fn splice(top: &Tree, stems: &[Stem], pieces: &[&Piece], ex
     let Some(&root) = top.nodes.first() else { return Tree::default() };
     let below: usize = stems.iter().map(|stem| stem.nodes.len()).sum();
     let ref_count = stems.iter().map(|stem| stem.refs.len()).sum();
-    let mut tree = Tree { nodes: vec![UNUSED; top.nodes.len() + below], refs: vec![0; ref_count] };
+    let mut tree = Tree { nodes: bytemuck::zeroed_vec(top.nodes.len() + below), refs: vec![0; ref_count] };
     let mut layout = Layout::over(&mut tree);
     let pair = layout.take_pair();
     let root = layout.place_top(top, root, stems, pieces);

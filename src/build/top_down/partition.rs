@@ -112,8 +112,8 @@ fn exchange(
     exec.map(swaps, |_, (a, b)| a.swap_with_slice(b));
 }
 
-/// Disjoint ascending ranges of a slice as slices.
-fn cut(mut slice: &mut [PrimRef], ranges: Vec<std::ops::Range<usize>>) -> Vec<&mut [PrimRef]> {
+/// Disjoint ascending ranges of a slice as slices, without the empty ones.
+pub(in crate::build) fn cut<T>(mut slice: &mut [T], ranges: Vec<std::ops::Range<usize>>) -> Vec<&mut [T]> {
     let mut taken = 0;
     let mut out = Vec::with_capacity(ranges.len());
     for range in ranges.into_iter().filter(|r| !r.is_empty()) {

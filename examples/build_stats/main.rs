@@ -1,11 +1,20 @@
-//! Build time and tree quality, a row per scene and recipe:
-//! `cargo run --release --example build_stats -- [--jobs N] [--repeat N] [--rays N] [--set option=value]… [--recipe RECIPE]… FILE…`
+//! Build time, memory and tree quality, a row per scene and recipe:
+//! `cargo run --release --example build_stats -- [--jobs N] [--repeat N] [--rays N] [--phases] [--set option=value]… [--recipe RECIPE]… FILE…`
 //!
 //! A recipe is a preset or a method and what is set on top, as in `draft`, `sweep` or `bonsai,prune=0.01`; --set counts for all. SAH with
 //! the report constants over leaves as stored; ms is the least of the repeats, in which recipes take turns, reading excluded, and
 //! cpu ms the least time that threads ran, where the system tells (Linux), which a busy machine disturbs less. With --rays, the last
-//! column is the mean of 1.2·(inner nodes) + triangles per ray over three sets of so many rays: chords, bounces and occlusion.
+//! column is the mean of 1.2·(inner nodes) + triangles per ray over three sets of so many rays: chords, bounces and occlusion. peak B/tri is the
+//! most memory that a build held at once beside the scene, its result included, in bytes per triangle.
+//!
+//! With --phases there is a table for each scene and recipe instead: what the parts of a build take on one thread and on N (2 if --jobs
+//! is not given), which take turns. ms is the least of the repeats and cpu ms the mean of what the threads ran; shared is the part of the
+//! time that N threads can divide, and speed-up alone what all this makes of the speed-up where nothing else wants the processors.
 
+mod memory;
+mod phases;
+
+use self::phases::cpu_ms;
 use bvhc::build::{self, Axes, BuildOptions, Clip, Executor, Levels, Method, Named, NoProgress, Preset};
 use bvhc::cache::Image;
 use bvhc::geom::Affine;
@@ -17,7 +26,7 @@ use bvhc::tree::{Accel, Tree};
 use std::time::Instant;
 
 fn main() {
-    let (mut jobs, mut repeat, mut rays) = (0, 3, 0);
+    let (mut jobs, mut repeat, mut rays, mut by_phases) = (0, 3, 0, false);
     let (mut sets, mut files, mut recipes) = (Vec::new(), Vec::new(), Vec::new());
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
@@ -26,6 +35,7 @@ fn main() {
             "--jobs" => jobs = value().parse().expect("a number of threads"),
             "--repeat" => repeat = value().parse().expect("a number of builds"),
             "--rays" => rays = value().parse().expect("a number of rays"),
+            "--phases" => by_phases = true,
             "--set" => sets.push(value()),
             "--recipe" | "--preset" => recipes.push(value()),
             _ => files.push(arg),
@@ -35,28 +45,43 @@ fn main() {
         recipes = ["draft", "balanced", "best"].map(String::from).to_vec();
     }
     let options: Vec<BuildOptions> = recipes.iter().map(|recipe| options_of(recipe, &sets)).collect();
+    if by_phases {
+        for file in &files {
+            let scene = read(file);
+            for (recipe, options) in recipes.iter().zip(&options) {
+                let label = format!("{}, {recipe}", name_of(file));
+                phases::print(&label, &scene.meshes[0], options, if jobs > 1 { jobs } else { 2 }, repeat);
+            }
+        }
+        return;
+    }
     let exec = Executor::new(jobs).expect("threads");
-    println!("| scene | triangles | recipe | ms | ms/Mtri | cpu ms | SAH | refs/tri | depth | nodes | ray cost |");
-    println!("|---|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|");
+    println!(
+        "| scene | triangles | recipe | ms | ms/Mtri | cpu ms | peak B/tri | SAH | refs/tri | depth | nodes | ray cost |"
+    );
+    println!("|---|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
     for file in &files {
         let scene = read(file);
         let mesh = &scene.meshes[0];
-        let mut built = vec![(f64::INFINITY, f64::INFINITY, Tree::default()); options.len()];
+        let mut built = vec![(f64::INFINITY, f64::INFINITY, 0, Tree::default()); options.len()];
         for _ in 0..repeat {
-            for (options, (least, least_cpu, tree)) in options.iter().zip(&mut built) {
+            for (options, (least, least_cpu, peak, tree)) in options.iter().zip(&mut built) {
+                *tree = Tree::default();
                 let (start, start_cpu) = (Instant::now(), cpu_ms());
-                *tree = build::build_tree(mesh, options, &exec, &NoProgress).expect("a tree");
+                (*tree, *peak) =
+                    memory::peak_of(|| build::build_tree(mesh, options, &exec, &NoProgress).expect("a tree"));
                 *least = least.min(start.elapsed().as_secs_f64() * 1e3);
                 *least_cpu = least_cpu.min(cpu_ms() - start_cpu);
             }
         }
-        for (recipe, (least, cpu, tree)) in recipes.iter().zip(built) {
+        for (recipe, (least, cpu, peak, tree)) in recipes.iter().zip(built) {
             let count = mesh.triangles.len() as f64;
             println!(
-                "| {} | {} | {recipe} | {least:.1} | {:.0} | {cpu:.1} | {:.2} | {:.3} | {} | {} | {} |",
-                std::path::Path::new(file).file_stem().unwrap_or_default().to_string_lossy(),
+                "| {} | {} | {recipe} | {least:.1} | {:.0} | {cpu:.1} | {:.0} | {:.2} | {:.3} | {} | {} | {} |",
+                name_of(file),
                 mesh.triangles.len(),
                 least / count * 1e6,
+                peak as f64 / count,
                 sah(&tree.nodes),
                 tree.refs.len() as f64 / count,
                 tree.max_depth(),
@@ -67,14 +92,8 @@ fn main() {
     }
 }
 
-/// Milliseconds that this process's threads have run; NaN where the system does not tell.
-fn cpu_ms() -> f64 {
-    let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return f64::NAN };
-    let of = |task: std::fs::DirEntry| -> Option<f64> {
-        let text = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
-        text.split_whitespace().next()?.parse().ok()
-    };
-    tasks.flatten().filter_map(of).sum::<f64>() / 1e6
+fn name_of(file: &str) -> String {
+    std::path::Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// A preset or a method, then what is set on top of it.
