@@ -7,6 +7,8 @@
 //! column is the mean of 1.2·(inner nodes) + triangles per ray over three sets of so many rays: chords, bounces and occlusion. peak B/tri is the
 //! most memory that a build held at once beside the scene, its result included, in bytes per triangle.
 //!
+//! A FILE `hills:N` is a height field of about N triangles; with several of them, cpu ns/(n·log2 n) tells how the time grows.
+//!
 //! With --phases there is a table for each scene and recipe instead: what the parts of a build take on one thread and on N (2 if --jobs
 //! is not given), which take turns. ms is the least of the repeats and cpu ms the mean of what the threads ran; shared is the part of the
 //! time that N threads can divide, and speed-up alone what all this makes of the speed-up where nothing else wants the processors.
@@ -18,7 +20,7 @@ use self::phases::cpu_ms;
 use bvhc::build::{self, Axes, BuildOptions, Clip, Executor, Levels, Method, Named, NoProgress, Preset};
 use bvhc::cache::Image;
 use bvhc::geom::Affine;
-use bvhc::scene::{self, Instance, ReadOptions, Scene};
+use bvhc::scene::{self, Instance, Mesh, ReadOptions, Scene};
 use bvhc::trace::rays::{RaySet, Sampler};
 use bvhc::trace::{Counters, try_any_hit, try_closest_hit};
 use bvhc::tree::quality::sah;
@@ -57,9 +59,9 @@ fn main() {
     }
     let exec = Executor::new(jobs).expect("threads");
     println!(
-        "| scene | triangles | recipe | ms | ms/Mtri | cpu ms | peak B/tri | SAH | refs/tri | depth | nodes | ray cost |"
+        "| scene | triangles | recipe | ms | ms/Mtri | cpu ms | cpu ns/(n·log2 n) | peak B/tri | SAH | refs/tri | depth | nodes | ray cost |"
     );
-    println!("|---|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
+    println!("|---|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
     for file in &files {
         let scene = read(file);
         let mesh = &scene.meshes[0];
@@ -77,10 +79,11 @@ fn main() {
         for (recipe, (least, cpu, peak, tree)) in recipes.iter().zip(built) {
             let count = mesh.triangles.len() as f64;
             println!(
-                "| {} | {} | {recipe} | {least:.1} | {:.0} | {cpu:.1} | {:.0} | {:.2} | {:.3} | {} | {} | {} |",
+                "| {} | {} | {recipe} | {least:.1} | {:.0} | {cpu:.1} | {:.1} | {:.0} | {:.2} | {:.3} | {} | {} | {} |",
                 name_of(file),
                 mesh.triangles.len(),
                 least / count * 1e6,
+                cpu * 1e6 / (count * count.log2()),
                 peak as f64 / count,
                 sah(&tree.nodes),
                 tree.refs.len() as f64 / count,
@@ -155,11 +158,35 @@ fn set(options: &mut BuildOptions, assignment: &str) {
     }
 }
 
-/// The scene as one mesh in world space.
+/// The scene as one mesh in world space: a file's, or hills of N triangles for `hills:N`.
 fn read(path: &str) -> Scene {
+    if let Some(count) = path.strip_prefix("hills:") {
+        let mesh = hills(count.parse().expect("a number of triangles"));
+        let instance = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
+        return Scene { meshes: vec![mesh], instances: vec![instance], ..Scene::default() };
+    }
     let scene = scene::read(path.as_ref(), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     let options = BuildOptions { levels: Levels::One, ..BuildOptions::preset(Preset::Draft) };
     let laid_out = build::lay_out(scene, &options, &Executor::sequential()).expect("one mesh");
     let instance = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
     Scene { meshes: laid_out.meshes, instances: vec![instance], ..Scene::default() }
+}
+
+/// A height field over a square grid, of at least so many triangles.
+fn hills(triangles: usize) -> Mesh {
+    let side = (triangles as f64 / 2.0).sqrt().ceil() as u32;
+    let height = |x: f64, y: f64| (x * 0.37).sin() * (y * 0.23).cos() + 5.0 * (x * 0.011).sin() * (y * 0.017).sin();
+    let corner = |i: u32| {
+        let (x, y) = (f64::from(i % (side + 1)), f64::from(i / (side + 1)));
+        [x as f32, y as f32, height(x, y) as f32]
+    };
+    let cell = |i: u32| {
+        let at = i / side * (side + 1) + i % side;
+        [[at, at + 1, at + side + 2], [at, at + side + 2, at + side + 1]]
+    };
+    Mesh {
+        positions: (0..(side + 1) * (side + 1)).map(corner).collect(),
+        triangles: (0..side * side).flat_map(cell).collect(),
+        ..Mesh::default()
+    }
 }
