@@ -12,7 +12,7 @@ pub struct Plan {
     pub sets: Vec<RaySet>,
     pub asked: Asked,
     pub reference: Reference,
-    /// What the oracle may spend on its sample: boxes and triangles looked at, which take some ten nanoseconds each.
+    /// What the oracle may spend on its sample: boxes and triangles looked at, which take some tens of nanoseconds each.
     pub oracle_work: u64,
 }
 
@@ -54,7 +54,7 @@ const BATCH: u64 = 1 << 18;
 const UNIT: u64 = 1 << 12;
 
 impl Plan {
-    /// A second or two on one core.
+    /// A few seconds on one core.
     pub const ORACLE_WORK: u64 = 100_000_000;
 
     /// Fewest rays that the oracle judges of each set, however large the scene.
