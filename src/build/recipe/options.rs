@@ -125,8 +125,8 @@ impl BuildOptions {
             Preset::Balanced => BuildOptions {
                 method: Method::Sbvh,
                 bins: 32,
-                spatial_bins: 16,
-                split_alpha: 3e-4,
+                spatial_bins: 8,
+                split_alpha: 1e-3,
                 split_budget: 1.25,
                 reinsert: 2,
                 ..auto

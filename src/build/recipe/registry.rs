@@ -51,7 +51,7 @@ pub const METHODS: &[MethodInfo] = &[
     MethodInfo {
         method: Method::Sbvh,
         name: "sbvh",
-        revision: 2,
+        revision: 3,
         summary: "object and spatial splits compete; best where triangles are large or thin",
         options: &[
             O::Axes,

@@ -59,8 +59,9 @@ impl Grids {
         (slab(b.min, TOUCH), slab(b.max, -TOUCH))
     }
 
-    fn cuts(&self, axis: usize) -> bool {
-        self.scale.0[axis] > 0.0
+    /// The axes that are thick enough to be cut.
+    pub fn cuts(&self) -> [bool; 3] {
+        [0, 1, 2].map(|axis| self.scale.0[axis] > 0.0)
     }
 }
 
@@ -90,14 +91,27 @@ impl<const CAP: usize> SpatialBins<CAP> {
         SpatialBins { boxes: [[LaneBox::EMPTY; 3]; CAP], enter: [[0; 3]; CAP], leave: [[0; 3]; CAP] }
     }
 
-    pub fn fill(&mut self, grids: &Grids, refs: &[PrimRef], mesh: &Mesh, clip: Clip) {
+    pub fn fill<'r>(
+        &mut self,
+        grids: &Grids,
+        axes: [bool; 3],
+        refs: impl Iterator<Item = &'r PrimRef>,
+        mesh: &Mesh,
+        clip: Clip,
+    ) {
         for r in refs {
             let bounds = r.lanes();
             let (first, last) = grids.span(&bounds);
             let mut chopper = None;
-            self.fill_axis::<0>(grids, r, bounds, first[0], last[0], mesh, clip, &mut chopper);
-            self.fill_axis::<1>(grids, r, bounds, first[1], last[1], mesh, clip, &mut chopper);
-            self.fill_axis::<2>(grids, r, bounds, first[2], last[2], mesh, clip, &mut chopper);
+            if axes[0] {
+                self.fill_axis::<0>(grids, r, bounds, first[0], last[0], mesh, clip, &mut chopper);
+            }
+            if axes[1] {
+                self.fill_axis::<1>(grids, r, bounds, first[1], last[1], mesh, clip, &mut chopper);
+            }
+            if axes[2] {
+                self.fill_axis::<2>(grids, r, bounds, first[2], last[2], mesh, clip, &mut chopper);
+            }
         }
     }
 
@@ -159,34 +173,39 @@ impl<const CAP: usize> SpatialBins<CAP> {
         self
     }
 
-    /// The plane of least weight that makes at most `slack` duplicates of `live` references; of equal ones the first. `None` where no
-    /// plane has references on both sides and a finite weight.
-    pub fn best_plane(&self, grids: &Grids, live: usize, slack: usize, scale: f32) -> Option<SpatialPlane> {
-        let mut best: Option<SpatialPlane> = None;
+    /// The plane across `axis` of least weight that makes at most `slack` duplicates of `live` references; of equal ones the first. `None`
+    /// where no plane has references on both sides and a finite weight.
+    pub fn best_plane(
+        &self,
+        grids: &Grids,
+        axis: usize,
+        live: usize,
+        slack: usize,
+        scale: f32,
+    ) -> Option<SpatialPlane> {
         let mut right = [(LaneBox::EMPTY, 0.0, 0u32); CAP];
-        for axis in (0..3).filter(|&a| grids.cuts(a)) {
-            let (mut side, mut count) = (LaneBox::EMPTY, 0);
-            for slab in (1..grids.bins).rev() {
-                side = side.union(self.boxes[slab][axis]);
-                count += self.leave[slab][axis];
-                right[slab] = (side, side.scaled_half_area(scale), count);
-            }
-            let (mut side, mut count) = (LaneBox::EMPTY, 0);
-            for (slab, &(right_side, right_area, right_count)) in right.iter().enumerate().take(grids.bins).skip(1) {
-                side = side.union(self.boxes[slab - 1][axis]);
-                count += self.enter[slab - 1][axis];
-                let weight = Sah::weight(side.scaled_half_area(scale), count as f32, right_area, right_count as f32);
-                let duplicates = (count as usize + right_count as usize).saturating_sub(live);
-                let allowed = count > 0 && right_count > 0 && duplicates <= slack;
-                if allowed && best.is_none_or(|b| weight < b.weight) && weight < f32::INFINITY {
-                    best = Some(SpatialPlane {
-                        axis,
-                        position: grids.axes[axis].plane(slab),
-                        weight,
-                        bounds: [side.aabb(), right_side.aabb()],
-                        counts: [count as usize, right_count as usize],
-                    });
-                }
+        let (mut side, mut count) = (LaneBox::EMPTY, 0);
+        for slab in (1..grids.bins).rev() {
+            side = side.union(self.boxes[slab][axis]);
+            count += self.leave[slab][axis];
+            right[slab] = (side, side.scaled_half_area(scale), count);
+        }
+        let mut best: Option<SpatialPlane> = None;
+        let (mut side, mut count) = (LaneBox::EMPTY, 0);
+        for (slab, &(right_side, right_area, right_count)) in right.iter().enumerate().take(grids.bins).skip(1) {
+            side = side.union(self.boxes[slab - 1][axis]);
+            count += self.enter[slab - 1][axis];
+            let weight = Sah::weight(side.scaled_half_area(scale), count as f32, right_area, right_count as f32);
+            let duplicates = (count as usize + right_count as usize).saturating_sub(live);
+            let allowed = count > 0 && right_count > 0 && duplicates <= slack;
+            if allowed && best.is_none_or(|b| weight < b.weight) && weight < f32::INFINITY {
+                best = Some(SpatialPlane {
+                    axis,
+                    position: grids.axes[axis].plane(slab),
+                    weight,
+                    bounds: [side.aabb(), right_side.aabb()],
+                    counts: [count as usize, right_count as usize],
+                });
             }
         }
         best

@@ -9,15 +9,16 @@
 mod bins;
 mod chop;
 mod partition;
+mod planes;
 mod small_sweep;
 
-use self::bins::{Grids, SpatialBins, SpatialPlane};
 use self::partition::{Cutter, Parts};
+use self::planes::PlaneSearch;
 use self::small_sweep::SmallSplit;
-use crate::build::binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
+use crate::build::binned::{Binned, EXHAUSTIVE, ObjectSplit, area_scale, scaled_half_area};
 use crate::build::cost::Sah;
 use crate::build::exec::Executor;
-use crate::build::lanes::LaneBox;
+use crate::build::lanes::{LaneBox, Lanes};
 use crate::build::prim_ref::PrimRef;
 use crate::build::recipe::options::{Axes, BuildOptions, Clip};
 use crate::build::top_down::strategy::{Child, Decision, NodeTask, Strategy};
@@ -40,7 +41,7 @@ pub struct Spatial<'a> {
     objects: Binned,
     axes: Axes,
     sah: Sah,
-    bins: usize,
+    planes: PlaneSearch<'a>,
     max_leaf: usize,
     clip: Clip,
     unsplit: bool,
@@ -62,7 +63,7 @@ impl<'a> Spatial<'a> {
             objects: Binned::new(options),
             axes: options.axes,
             sah: Sah { traversal: options.traversal_cost, intersection: options.intersection_cost },
-            bins: options.spatial_bins.clamp(2, 256) as usize,
+            planes: PlaneSearch { mesh, clip: options.clip, bins: options.spatial_bins.clamp(2, 256) as usize },
             max_leaf: options.max_leaf as usize,
             clip: options.clip,
             unsplit: options.unsplit,
@@ -86,47 +87,13 @@ impl<'a> Spatial<'a> {
         !overlap.is_empty() && !touch && half_area(&overlap) > self.overlap && can_gain
     }
 
-    /// Few references are swept, more are binned.
+    /// Very few references are split in every way, few are swept, more are binned.
     fn find_object(&self, node: &NodeTask, refs: &[PrimRef], exec: &Executor) -> Option<Object> {
-        if self.axes == Axes::All && refs.len() <= small_sweep::MAX {
+        if self.axes == Axes::All && (EXHAUSTIVE + 1..=small_sweep::MAX).contains(&refs.len()) {
             small_sweep::find(refs, area_scale(&node.bounds)).map(Object::Swept)
         } else {
             self.objects.find(node, refs, exec).map(Object::Binned)
         }
-    }
-
-    fn find_plane(&self, node: &NodeTask, refs: &[PrimRef], slack: usize, exec: &Executor) -> Option<SpatialPlane> {
-        let bins = self.bins.min(4 + refs.len() / 8);
-        match bins {
-            0..=8 => self.find_in::<8>(node, refs, bins, slack, exec),
-            9..=16 => self.find_in::<16>(node, refs, bins, slack, exec),
-            17..=32 => self.find_in::<32>(node, refs, bins, slack, exec),
-            _ => self.find_in::<256>(node, refs, bins, slack, exec),
-        }
-    }
-
-    #[inline(never)]
-    fn find_in<const CAP: usize>(
-        &self,
-        node: &NodeTask,
-        refs: &[PrimRef],
-        bins: usize,
-        slack: usize,
-        exec: &Executor,
-    ) -> Option<SpatialPlane> {
-        let grids = Grids::new(&node.bounds, bins);
-        let mut filled = SpatialBins::<CAP>::empty();
-        if refs.len() < CHUNKED {
-            filled.fill(&grids, refs, self.mesh, self.clip);
-        } else {
-            let parts = exec.map_chunks(refs, CHUNK, |_, chunk| {
-                let mut part = Box::new(SpatialBins::<CAP>::empty());
-                part.fill(&grids, chunk, self.mesh, self.clip);
-                part
-            });
-            filled = parts.iter().fold(filled, |all, part| all.merge(part));
-        }
-        filled.best_plane(&grids, node.live, slack, area_scale(&node.bounds))
     }
 }
 
@@ -134,13 +101,14 @@ impl Strategy for Spatial<'_> {
     fn split(&self, node: &NodeTask, slots: &mut [PrimRef], exec: &Executor) -> Decision {
         let (live, slack, scale) = (node.live, slots.len() - node.live, area_scale(&node.bounds));
         let mut object = self.find_object(node, &slots[..live], exec);
+        let object_weight = object.as_ref().map_or(f32::INFINITY, |s| s.weight());
+        let limit = object_weight * MARGIN;
         let spatial = if self.is_worth_a_try(node, object.as_ref(), slack) {
-            self.find_plane(node, &slots[..live], slack, exec)
+            self.planes.best(node, &slots[..live], slack, limit, exec)
         } else {
             None
         };
-        let object_weight = object.as_ref().map_or(f32::INFINITY, |s| s.weight());
-        let spatial = spatial.filter(|s| s.weight < object_weight * MARGIN);
+        let spatial = spatial.filter(|s| s.weight < limit);
 
         // Compare the winner with a leaf.
         let weight = spatial.map_or(object_weight, |s| s.weight);
@@ -156,7 +124,7 @@ impl Strategy for Spatial<'_> {
             let cutter = Cutter { mesh: self.mesh, clip: self.clip, unsplit: self.unsplit, scale };
             if let Some(Parts { left, right, right_refs }) = cutter.partition(&plane, slots, live, exec) {
                 let spare = slots.len() - left.live - right.live;
-                let left_slots = left.live + share_of(spare, &slots[..left.live], &right_refs, exec);
+                let left_slots = left.live + share_of(spare, &slots[..left.live], &right_refs, scale, exec);
                 copy(&right_refs, &mut slots[left_slots..left_slots + right.live], exec);
                 return Decision::Split { left: left.child(left_slots), right: right.child(slots.len() - left_slots) };
             }
@@ -169,18 +137,18 @@ impl Strategy for Spatial<'_> {
         }
         let Some(split) = object else { return Decision::Leaf };
         let (left, right) = split.apply(&mut slots[..live], exec);
-        divide(left, right, slots, exec)
+        divide(left, right, slots, scale, exec)
     }
 }
 
 /// Move the right child's references behind the left child's share of the free slots.
-fn divide(left: Child, right: Child, slots: &mut [PrimRef], exec: &Executor) -> Decision {
+fn divide(left: Child, right: Child, slots: &mut [PrimRef], scale: f32, exec: &Executor) -> Decision {
     let (total, live) = (slots.len(), left.live + right.live);
     if total == live {
         return Decision::Split { left, right };
     }
     let (left_refs, right_refs) = slots[..live].split_at(left.live);
-    let left_slots = left.live + share_of(total - live, left_refs, right_refs, exec);
+    let left_slots = left.live + share_of(total - live, left_refs, right_refs, scale, exec);
 
     // Where old and new place overlap, only what stands before the new place moves, to its end: the order is nobody's concern.
     let moved = right.live.min(left_slots - left.live);
@@ -200,14 +168,25 @@ fn copy(from: &[PrimRef], to: &mut [PrimRef], exec: &Executor) {
 
 /// The left side's share of the free slots: in proportion to the surface of the references' boxes, since it is large boxes that are
 /// worth cutting.
-fn share_of(spare: usize, left: &[PrimRef], right: &[PrimRef], exec: &Executor) -> usize {
-    let sum = |refs: &[PrimRef]| refs.iter().map(|r| half_area(&r.bounds())).sum::<f64>();
+fn share_of(spare: usize, left: &[PrimRef], right: &[PrimRef], scale: f32, exec: &Executor) -> usize {
     let sum = |refs: &[PrimRef]| match refs.len() {
-        0..CHUNKED => sum(refs),
-        _ => exec.map_chunks(refs, CHUNK, |_, chunk| sum(chunk)).iter().sum::<f64>(),
+        0..CHUNKED => area_of(refs, scale),
+        _ => exec.map_chunks(refs, CHUNK, |_, chunk| area_of(chunk, scale)).iter().sum::<f64>(),
     };
     let (left, right) = (sum(left), sum(right));
     if left + right > 0.0 { ((spare as f64) * (left / (left + right))) as usize } else { spare / 2 }
+}
+
+/// The sum of the areas of the references' boxes, edges scaled: of runs of four in `f32`, of those in `f64`.
+fn area_of(refs: &[PrimRef], scale: f32) -> f64 {
+    let fours = refs.chunks_exact(4);
+    let rest: f32 = fours.remainder().iter().map(|r| r.lanes().scaled_half_area(scale)).sum();
+    let scale = Lanes::splat(scale);
+    let sum = |areas: Lanes| (areas.0[0] + areas.0[1]) + (areas.0[2] + areas.0[3]);
+    let four = |r: &[PrimRef]| {
+        sum(LaneBox::scaled_half_areas([r[0].lanes(), r[1].lanes(), r[2].lanes(), r[3].lanes()], scale))
+    };
+    f64::from(rest) + fours.map(|r| f64::from(four(r))).sum::<f64>()
 }
 
 /// The best object split of a node, however it was found.

@@ -314,8 +314,11 @@ mod tests {
             let (mut held, mut stack) = (vec![false; mesh.triangles.len()], vec![i]);
             while let Some(i) = stack.pop() {
                 let (first, count) = (nodes[i].first as usize, nodes[i].count as usize);
+                if count == 0 {
+                    stack.extend([first, first + 1]);
+                    continue;
+                }
                 refs[first..][..count].iter().for_each(|t| held[*t as usize] = true);
-                stack.extend(if count == 0 { vec![first, first + 1] } else { vec![] });
             }
             held
         };
