@@ -4,6 +4,10 @@ use super::view::View;
 use crate::geom::{Aabb, Affine};
 use crate::scene::Mesh;
 use crate::tree::{Accel, Node, Tree, quality};
+use rayon::prelude::*;
+
+/// Fewest records that are worth a task.
+const RUN: usize = 1 << 13;
 
 /// The content of a cache file in memory, ready to be written or traversed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -85,7 +89,8 @@ impl Image {
             flags: if duplicated { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE },
         });
         self.nodes.extend_from_slice(&tree.nodes);
-        self.triangles.extend(tree.refs.iter().map(|&r| {
+        // Corners are read from all over the mesh: side by side, the waits overlap.
+        self.triangles.par_extend(tree.refs.par_iter().with_min_len(RUN).map(|&r| {
             let r = r as usize;
             let [v0, v1, v2] = mesh.corners(r).map(|p| p.map(|c| c + 0.0)); // -0.0 becomes +0.0
             let part = mesh.parts.partition_point(|p| p.first_triangle + p.triangle_count <= r as u32) as u32;

@@ -10,26 +10,48 @@ pub(super) struct Mini {
     pub piece: Piece,
 }
 
+/// Of so many references there is one stem at most. Where boxes all reach over each other nearly every node is large, and the top tree
+/// over them would be a second tree over everything, in time and in memory.
+const REFS_PER_STEM: usize = 8;
+
 /// What is left of the mini trees when all nodes are opened whose area is more than `ratio` times that of the average mini tree, in
-/// their order; and the height of the highest mini tree.
+/// their order; and the height of the highest mini tree. The ratio doubles until there is no more than a stem for every
+/// [`REFS_PER_STEM`] references, or a stem a mini tree.
 pub(super) fn prune(minis: &[Mini], ratio: f32, exec: &Executor) -> (Vec<Stem>, u32) {
     let mean = minis.iter().map(|mini| half_area(&mini.root)).sum::<f64>() / minis.len() as f64;
-    let limit = mean * f64::from(ratio);
-    let parts = exec.map(minis.iter().collect(), |index, mini: &Mini| {
-        let mut stems = Vec::new();
-        let mut open = vec![mini.root];
-        while let Some(node) = open.pop() {
-            if !node.is_leaf() && half_area(&node) > limit {
-                let pair = node.first as usize;
-                open.extend([mini.piece.nodes[pair + 1], mini.piece.nodes[pair]]);
-            } else {
-                stems.push(Stem::of(node, index, &mini.piece));
-            }
+    let largest = minis.iter().map(|mini| half_area(&mini.root)).fold(0.0, f64::max);
+    let most = minis.iter().map(|mini| mini.piece.refs.len()).sum::<usize>() / REFS_PER_STEM;
+    let heights = exec.map(minis.iter().collect(), |_, mini: &Mini| mini.piece.height(&mini.root));
+    let height = heights.into_iter().max().unwrap_or(0);
+
+    let mut limit = mean * f64::from(ratio);
+    loop {
+        let parts = exec.map(minis.iter().collect(), |index, mini| open(index, mini, limit, most));
+        let count: usize = parts.iter().map(Vec::len).sum();
+        if count <= most.max(minis.len()) || limit >= largest {
+            let mut stems = Vec::with_capacity(count);
+            stems.extend(parts.into_iter().flatten());
+            return (stems, height);
         }
-        (stems, mini.piece.height(&mini.root))
-    });
-    let height = parts.iter().map(|(_, height)| *height).max().unwrap_or(0);
-    (parts.into_iter().flat_map(|(stems, _)| stems).collect(), height)
+        limit = (2.0 * limit).max(largest * 1e-6);
+    }
+}
+
+/// The stems of one mini tree, in its order; not all where there are more than `most`.
+fn open(index: usize, mini: &Mini, limit: f64, most: usize) -> Vec<Stem> {
+    let mut stems = Vec::new();
+    let mut open = vec![mini.root];
+    while let Some(node) = open.pop()
+        && stems.len() <= most
+    {
+        if !node.is_leaf() && half_area(&node) > limit {
+            let pair = node.first as usize;
+            open.extend([mini.piece.nodes[pair + 1], mini.piece.nodes[pair]]);
+        } else {
+            stems.push(Stem::of(node, index, &mini.piece));
+        }
+    }
+    stems
 }
 
 /// Half the area in `f64`, which no finite box overflows.

@@ -70,7 +70,7 @@ pub const METHODS: &[MethodInfo] = &[
     MethodInfo {
         method: Method::Bonsai,
         name: "bonsai",
-        revision: 1,
+        revision: 2,
         summary: "object splits only: sweep trees of small groups, pruned, under one over them; quicker than sweep, better on architecture",
         options: &[O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Prune, O::Presplit, O::Levels],
     },

@@ -129,7 +129,10 @@ impl Built {
     /// Phases and memory, for `-v`.
     pub fn detail(&self, job: &Job) -> String {
         let t = &self.times;
-        let memory = self.peak_memory.map_or_else(String::new, |m| format!(", peak memory {}", figures::bytes(m)));
+        let memory = self.peak_memory.map_or_else(String::new, |m| {
+            let each = m.checked_div(self.triangles).map_or_else(String::new, |b| format!(" ({b} bytes per triangle)"));
+            format!(", peak memory {}{each}", figures::bytes(m))
+        });
         let name = names::path(&job.output);
         format!("{name}: read {:.0} ms, build {:.0} ms, write {:.0} ms{memory}", t.read_ms, t.build_ms, t.write_ms)
     }
