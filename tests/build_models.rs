@@ -102,8 +102,8 @@ fn sbvh_trees_match_embree_high(scenes: &[(&str, f32)]) {
         println!("{name}: SAH {sah:.2}, Embree {embree}, {references:.3} references a triangle");
         assert!(sah <= *embree, "{name}: SAH {sah} against {embree}");
         assert!(references <= 1.26, "{name}: {references} references a triangle");
-        // Scans gain nothing from splits and must not pay for them.
-        assert!(!name.contains("bunny") || references <= 1.02, "{name}: {references} references a triangle");
+        // Rays gain a fiftieth in scans, for which they must not pay much.
+        assert!(!name.contains("bunny") || references <= 1.12, "{name}: {references} references a triangle");
     }
 }
 

@@ -29,8 +29,15 @@ use crate::scene::Mesh;
 const CHUNKED: usize = 1 << 14;
 const CHUNK: usize = 1 << 12;
 
-/// A spatial split must beat the object split by a hundredth: its duplicates cost memory, and its price is an estimate.
+/// Where an object split's children share nothing, a spatial split must beat it by a hundredth: its duplicates cost memory, and its price
+/// is an estimate.
 const MARGIN: f32 = 0.99;
+
+/// What an object split is charged for each reference and unit of the area that its children share. The SAH charges a ray for the boxes on
+/// its way as if it met nothing. Most rays end, and one that hits something in the near child is done, but for what the far child
+/// shares with it: where that is much, dividing space is worth more than the SAH says. A choice by rays: half or twice as much
+/// does nearly as well.
+const SHARED: f32 = 0.1;
 
 /// Space is not divided where cutting the overlap of the object split's children would save less than this share of a child's area.
 const LEAST_GAIN: f64 = 0.005;
@@ -102,7 +109,8 @@ impl Strategy for Spatial<'_> {
         let (live, slack, scale) = (node.live, slots.len() - node.live, area_scale(&node.bounds));
         let mut object = self.find_object(node, &slots[..live], exec);
         let object_weight = object.as_ref().map_or(f32::INFINITY, |s| s.weight());
-        let limit = object_weight * MARGIN;
+        let shared = object.as_ref().map_or(0.0, |s| shared_area(s, scale));
+        let limit = object_weight * MARGIN + SHARED * shared * live as f32;
         let spatial = if self.is_worth_a_try(node, object.as_ref(), slack) {
             self.planes.best(node, &slots[..live], slack, limit, exec)
         } else {
@@ -222,6 +230,12 @@ impl Object {
             Object::Swept(split) => split.apply(refs),
         }
     }
+}
+
+/// Half the area, scaled, of what the children of an object split share.
+fn shared_area(split: &Object, scale: f32) -> f32 {
+    let overlap = split.overlap();
+    if overlap.is_empty() { 0.0 } else { scaled_half_area(&overlap, scale) }
 }
 
 /// The most that either child's box could lose of its area, as a share of it, if a plane across the axis on which they overlap least

@@ -1,5 +1,5 @@
 use super::*;
-use crate::build::{Method, NoProgress, Preset, build_tree};
+use crate::build::{Method, NoProgress, Preset, PrimRefs, build_tree};
 use crate::geom::Point;
 use crate::tree::quality::sah;
 use crate::tree::{MAX_DEPTH, Node, Tree};
@@ -239,6 +239,33 @@ fn hopeless_geometry_ends_in_a_tree() {
         assert!(tree.refs.len() <= 900 && tree.max_depth() <= MAX_DEPTH);
         assert_covered_roughly(&tree, &mesh);
     }
+}
+
+#[test]
+fn what_the_children_of_an_object_split_share_speaks_for_dividing_space() {
+    let (mut random, exec) = (Random(5), Executor::sequential());
+    let mut dearer = 0;
+    for _ in 0..200 {
+        let triangles: Vec<[Point; 3]> = (0..40)
+            .map(|_| {
+                let at = [0; 3].map(|_| random.next() * 64.0);
+                [0; 3].map(|_| at.map(|c| c + random.next() * 24.0))
+            })
+            .collect();
+        let mesh = mesh(&triangles);
+        let mut refs = PrimRefs::of_mesh(&mesh, 40, &exec);
+        let node = NodeTask { bounds: refs.bounds, centroids: refs.centroids, live: 40, depth: 0 };
+        let strategy = Spatial::new(&mesh, &node.bounds, &BuildOptions { unsplit: false, ..best() });
+        let object = strategy.find_object(&node, &refs.refs[..40], &exec).unwrap();
+        let plane = strategy.planes.best(&node, &refs.refs[..40], 40, f32::INFINITY, &exec).unwrap();
+        let Decision::Split { left, right } = strategy.split(&node, &mut refs.refs, &exec) else { continue };
+        if left.live + right.live > 40 && plane.weight > object.weight() {
+            let shared = shared_area(&object, area_scale(&node.bounds));
+            assert!(plane.weight < object.weight() + SHARED * shared * 40.0);
+            dearer += 1;
+        }
+    }
+    assert!(dearer > 10, "{dearer}");
 }
 
 /// A multiple of 2⁻⁴ within ±64, small integers often.
