@@ -6,9 +6,10 @@
 use super::rays::{Random, camera, cosine_ray};
 use super::{Counters, any_hit, closest_hit, try_any_hit, try_closest_hit};
 use crate::build::Executor;
-use crate::cache::View;
-use crate::geom::Ray;
+use crate::cache::{TriangleRecord, View};
 use crate::geom::vector::{cross, dot, sub};
+use crate::geom::{Aabb, Ray};
+use crate::tree::Node;
 use crate::tree::quality::{REPORT_INTERSECTION_COST, REPORT_TRAVERSAL_COST};
 
 /// Where the camera rays come from: a pinhole that sees `tan_half` to each side of its axis.
@@ -22,20 +23,21 @@ pub struct Camera {
 
 impl Camera {
     /// A camera for a one-level scene that nobody chose one for, with y up: where the middle is walled in it stands inside and looks along the longer
-    /// horizontal side, elsewhere it looks at the middle from outside.
+    /// horizontal side, elsewhere it looks at the middle from outside. Where nearly all triangles crowd in a small part of the scene, as a
+    /// teapot in a stadium, it frames that part.
     pub fn automatic(view: &View<'_>) -> Camera {
-        Camera::from_side(view, 0)
+        Camera::from_side(view, &subject(view), 0)
     }
 
     /// Four cameras, so that no single view decides: along the four horizontal directions where the middle is walled in, elsewhere from outside,
     /// from four corners of a cube that are as far from each other as they can be.
     pub fn around(view: &View<'_>) -> [Camera; 4] {
-        [0, 1, 2, 3].map(|side| Camera::from_side(view, side))
+        let subject = subject(view);
+        [0, 1, 2, 3].map(|side| Camera::from_side(view, &subject, side))
     }
 
-    fn from_side(view: &View<'_>, side: usize) -> Camera {
-        let Some(root) = view.nodes.first() else { return Camera::within([0.0; 3], [1.0; 3], [0.0; 3], [1.0; 3]) };
-        let (min, max) = (root.min.map(f64::from), root.max.map(f64::from));
+    fn from_side(view: &View<'_>, subject: &Aabb, side: usize) -> Camera {
+        let (min, max) = (subject.min.map(f64::from), subject.max.map(f64::from));
         let extent = sub(max, min);
         let middle = [0, 1, 2].map(|k| (0.5 * (min[k] + max[k])) as f32);
         let walls = (0..6).filter(|i| {
@@ -174,6 +176,35 @@ impl ProbeRays {
     }
 }
 
+/// Triangles that are asked where they are.
+const ASKED: usize = 4096;
+/// Nearly all triangles: without this share of them at either end of each axis.
+const TRIMMED: f64 = 0.02;
+/// They crowd if they fill less than this share of the scene's diagonal.
+const CROWDED: f64 = 0.125;
+
+/// The box of the scene, or of what nearly all of its triangles are in, with a quarter of it around, if that is much smaller.
+fn subject(view: &View<'_>) -> Aabb {
+    let Some(whole) = view.nodes.first().map(Node::bounds) else { return Aabb { min: [0.0; 3], max: [1.0; 3] } };
+    let step = view.triangles.len().div_ceil(ASKED).max(1);
+    let mut core = whole;
+    for axis in 0..3 {
+        let centre = |t: &TriangleRecord| t.corners().map(|p| p[axis] / 3.0).iter().sum::<f32>();
+        let mut centres: Vec<f32> = view.triangles.iter().step_by(step).map(centre).collect();
+        centres.sort_unstable_by(f32::total_cmp);
+        let trimmed = (centres.len() as f64 * TRIMMED) as usize;
+        if let (Some(low), Some(high)) = (centres.get(trimmed), centres.iter().rev().nth(trimmed)) {
+            let around = 0.25 * (high - low);
+            (core.min[axis], core.max[axis]) = (low - around, high + around);
+        }
+    }
+    let diagonal = |b: &Aabb| {
+        let extent = b.extent().map(f64::from);
+        dot(extent, extent).sqrt()
+    };
+    if diagonal(&core) < CROWDED * diagonal(&whole) { core } else { whole }
+}
+
 /// Where a ray ends, and the unit normal there on the ray's side.
 fn surface(view: &View<'_>, ray: &Ray) -> Option<([f64; 3], [f64; 3])> {
     let hit = closest_hit(view, ray)?;
@@ -230,6 +261,39 @@ mod tests {
         let view = image.view();
         let rays = ProbeRays::new(&view, &Camera::automatic(&view), 100);
         assert_eq!(rays.cost(&view, &Executor::sequential()).sets[..2], [[0.0, 12.0]; 2]);
+    }
+
+    #[test]
+    fn cameras_frame_what_nearly_all_triangles_are_in() {
+        // A thousand specks around (70, 0, 0), each a hundredth large, on a floor from -100 to 100.
+        let specks = (0..1000).flat_map(|i| {
+            let at = [70.0 + 0.1 * (i % 10) as f32, 0.1 * (i / 10 % 10) as f32, 0.1 * (i / 100) as f32];
+            [at, [at[0] + 0.01, at[1], at[2]], [at[0], at[1] + 0.01, at[2]]]
+        });
+        let floor = [[-100.0, -1.0, -100.0], [100.0, -1.0, -100.0], [0.0, -1.0, 100.0]];
+        let build = |positions: Vec<[f32; 3]>| {
+            let triangles: Vec<[u32; 3]> =
+                (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            let count = triangles.len() as u32;
+            let parts = vec![Part { triangle_count: count, prim_count: count, ..Part::default() }];
+            let mesh = Mesh { positions, triangles, parts, ..Mesh::default() };
+            let options = BuildOptions::preset(Preset::Draft);
+            let tree = build_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
+            Image::of_tree(&mesh, &tree)
+        };
+        let crowded = build(specks.clone().chain(floor).collect());
+        let framed = subject(&crowded.view());
+        assert!(framed.min[0] > 69.0 && framed.max[0] < 72.0 && framed.extent()[2] < 2.0, "{framed:?}");
+        for camera in Camera::around(&crowded.view()) {
+            assert!((camera.eye[0] - 70.5).abs() < 5.0 && camera.eye[2].abs() < 5.0, "{camera:?}");
+        }
+
+        // Without the floor, or with more of it, the whole scene.
+        let alone = build(specks.clone().collect());
+        assert_eq!(subject(&alone.view()), alone.nodes[0].bounds());
+        let tiled =
+            build(specks.chain((0..50).flat_map(|i| floor.map(|p| [p[0], p[1] - 0.01 * i as f32, p[2]]))).collect());
+        assert_eq!(subject(&tiled.view()), tiled.nodes[0].bounds());
     }
 
     #[test]
