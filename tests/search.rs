@@ -94,14 +94,15 @@ fn instanced_scenes_are_decided_mesh_by_mesh() {
 }
 
 #[test]
-fn auto_stops_at_once_on_a_smooth_surface_and_cuts_where_triangles_are_long() {
+fn auto_moves_nothing_on_a_smooth_surface_and_cuts_where_triangles_are_long() {
     let auto = |mesh: &Mesh| {
         let built = decide_tree(mesh, &BuildOptions::default(), &Executor::sequential(), &NoProgress).unwrap();
         (built.0, built.1.expect("a search says what it did"))
     };
     let (tree, choice) = auto(&sphere(40, 1.0, [0.0; 3]));
-    assert_eq!((choice.recipe(), choice.trials.len()), ("sweep", 1), "{choice:?}");
-    assert!(choice.overlap.unwrap() < 0.09 && tree.refs.len() == 6 * 40 * 40 * 2);
+    let tried: Vec<&str> = choice.trials.iter().map(|t| t.name()).collect();
+    assert_eq!(tried, ["sweep", "sbvh"], "{choice:?}");
+    assert!(choice.overlap.unwrap() < 0.09 && tree.refs.len() <= 6 * 40 * 40 * 2 * 6 / 5);
 
     // Bars from corner to corner of a cube, in all directions.
     let mut state = 1u64;
@@ -109,12 +110,12 @@ fn auto_stops_at_once_on_a_smooth_surface_and_cuts_where_triangles_are_long() {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 40) as f32 / (1u64 << 24) as f32
     };
-    let bars = (0..1500).map(|_| {
+    let bars = (0..9000).map(|_| {
         let [a, b] = [0; 2].map(|_| [0; 3].map(|_| 10.0 * unit()));
         [a, b, b.map(|c| c + 0.05)]
     });
     let (tree, choice) = auto(&soup(bars.collect()));
-    assert!(choice.recipe().starts_with("sbvh") && tree.refs.len() > 1500, "{choice:?}");
+    assert!(choice.recipe().starts_with("sbvh") && tree.refs.len() > 9000, "{choice:?}");
     assert!(choice.overlap.unwrap() > 0.35 && choice.trials.iter().all(|t| t.name() != "sweep + 8 rounds"));
 }
 

@@ -91,14 +91,14 @@ pub const METHODS: &[MethodInfo] = &[
     MethodInfo {
         method: Method::Auto,
         name: "auto",
-        revision: 1,
-        summary: "a search: sweep, then reinsertion, then spatial splits, as far as measured rays say that they pay",
+        revision: 2,
+        summary: "a search: sweep, then spatial splits, then reinsertion, as far as measured rays say that they pay",
         options: SEARCHES,
     },
     MethodInfo {
         method: Method::Best,
         name: "best",
-        revision: 1,
+        revision: 2,
         summary: "a search: several recipes, of which measured rays decide",
         options: SEARCHES,
     },

@@ -12,8 +12,8 @@ use crate::build::recipe::options::BuildOptions;
 use crate::scene::Mesh;
 use crate::tree::Tree;
 
-/// Where less than this share of the SAH is end-point overlap, boxes hardly reach over foreign surface, as on scans: neither cutting
-/// nor moving has much to repair.
+/// Where less than this share of the SAH is end-point overlap, boxes hardly reach over foreign surface, as on scans: moving has next to
+/// nothing to repair.
 const LITTLE_OVERLAP: f64 = 0.09;
 /// Above it, moving alone does not repair it and is not tried.
 const MUCH_OVERLAP: f64 = 0.35;
@@ -22,40 +22,55 @@ const FEW_DUPLICATES: f64 = 0.03;
 /// `auto` takes the plainer of two trees whose costs differ by no more than this share.
 const INDIFFERENT: f64 = 0.01;
 
+/// In small meshes a few large nodes decide what rays cost, and each recipe has its own luck with them: under this number of triangles
+/// `auto` draws once more …
+const SMALL: usize = 100_000;
+/// … and under this it tries everything, which takes a few milliseconds.
+const TINY: usize = 1 << 13;
+
+/// Trees that either search builds from the ground at most.
+pub const MOST_BUILDS: u64 = 3;
+
 /// `auto`: up from the cheapest recipe, until what is measured says that the rest cannot pay more than the margin. The reason is why it
 /// stopped.
 pub fn climb(contest: &mut Contest<'_>) -> Result<String, BuildError> {
+    let count = contest.mesh.triangles.len();
+    if count < TINY {
+        try_all(contest)?;
+        return Ok(format!("under {TINY} triangles the whole list costs next to nothing"));
+    }
     contest.indifferent = INDIFFERENT;
     let sweep = contest.build(Rung::Sweep)?;
     let overlap = contest.gauge.overlap_share(&sweep);
     contest.overlap = Some(overlap);
-    let lost = contest.judge(Rung::Sweep, sweep);
-    if overlap < LITTLE_OVERLAP {
-        return Ok(format!("overlap under {} % leaves nothing to cut or move", percent(LITTLE_OVERLAP)));
-    }
+    contest.judge(Rung::Sweep, sweep);
 
-    if overlap < MUCH_OVERLAP {
-        contest.judge_moved(Rung::SweepMoved, lost)?;
-    }
     let sbvh = contest.build(Rung::Sbvh)?;
-    let duplicates = sbvh.refs.len() as f64 / contest.mesh.triangles.len() as f64 - 1.0;
+    let duplicates = sbvh.refs.len() as f64 / count as f64 - 1.0;
     let lost = contest.judge(Rung::Sbvh, sbvh);
+    if overlap < LITTLE_OVERLAP {
+        return Ok(format!("overlap under {} % leaves nothing to move", percent(LITTLE_OVERLAP)));
+    }
     if overlap < MUCH_OVERLAP && duplicates < FEW_DUPLICATES {
+        drop(lost);
+        contest.try_one(Rung::SweepMoved)?;
         return Ok(format!("cutting found under {} % of the triangles worth it", percent(FEW_DUPLICATES)));
     }
     contest.judge_moved(Rung::SbvhMoved, lost)?;
+    if count < SMALL {
+        contest.try_one(Rung::CoarseMoved)?;
+    }
     Ok("that was the last rung".to_string())
 }
 
-/// `best`: every recipe of its list.
+/// `best`: every recipe of the list.
 pub fn try_all(contest: &mut Contest<'_>) -> Result<String, BuildError> {
     for [plain, moved] in [[Rung::Sbvh, Rung::SbvhMoved], [Rung::Sweep, Rung::SweepMoved]] {
         let tree = contest.build(plain)?;
         let lost = contest.judge(plain, tree);
         contest.judge_moved(moved, lost)?;
     }
-    let tree = contest.build(Rung::AgglomerativeMoved)?;
-    contest.judge(Rung::AgglomerativeMoved, tree);
+    contest.try_one(Rung::CoarseMoved)?;
     Ok("the whole list was tried".to_string())
 }
 
@@ -105,6 +120,12 @@ impl<'a> Contest<'a> {
 
     fn build(&self, rung: Rung) -> Result<Tree, BuildError> {
         compile_tree(self.mesh, &rung.options(self.options), self.exec, self.progress)
+    }
+
+    fn try_one(&mut self, rung: Rung) -> Result<(), BuildError> {
+        let tree = self.build(rung)?;
+        self.judge(rung, tree);
+        Ok(())
     }
 
     /// Measure a tree. The one that does not lead afterwards is given up: the old leader at once, the new tree by handing it back.

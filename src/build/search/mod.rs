@@ -42,8 +42,7 @@ pub fn build(
         let reason = format!("under {LEAST_TRIANGLES} triangles measuring costs more than it finds");
         return Ok((tree, Choice::unmeasured(rung, options, count, reason)));
     }
-    let builds = if options.method == Method::Auto { 2 } else { 3 };
-    let portion = Portion::new(progress, builds);
+    let portion = Portion::new(progress, ladder::MOST_BUILDS);
     let mut contest = Contest::new(mesh, options, exec, &portion);
     let reason = match options.method {
         Method::Auto => ladder::climb(&mut contest)?,
@@ -55,7 +54,7 @@ pub fn build(
 
 /// Recipes of which a search may take any: what it must have memory for.
 pub fn candidates(options: &BuildOptions) -> Vec<BuildOptions> {
-    Rung::of(options.method).iter().map(|rung| rung.options(options)).collect()
+    Rung::ALL.iter().map(|rung| rung.options(options)).collect()
 }
 
 #[cfg(test)]

@@ -9,47 +9,47 @@ const ROUNDS: u32 = 8;
 pub enum Rung {
     Sweep,
     SweepMoved,
-    AgglomerativeMoved,
     Sbvh,
     SbvhMoved,
+    CoarseMoved,
 }
 
 impl Rung {
-    pub fn of(method: Method) -> &'static [Rung] {
-        match method {
-            Method::Auto => &[Rung::Sweep, Rung::SweepMoved, Rung::Sbvh, Rung::SbvhMoved],
-            _ => &[Rung::Sbvh, Rung::SbvhMoved, Rung::Sweep, Rung::SweepMoved, Rung::AgglomerativeMoved],
-        }
-    }
+    pub const ALL: [Rung; 5] = [Rung::Sbvh, Rung::SbvhMoved, Rung::CoarseMoved, Rung::Sweep, Rung::SweepMoved];
 
     pub fn name(self) -> &'static str {
         match self {
             Rung::Sweep => "sweep",
             Rung::SweepMoved => "sweep + 8 rounds",
-            Rung::AgglomerativeMoved => "agglomerative + 8 rounds",
             Rung::Sbvh => "sbvh",
             Rung::SbvhMoved => "sbvh + 8 rounds",
+            Rung::CoarseMoved => "coarse sbvh + 8 rounds",
         }
     }
 
     /// The recipe, with what the user may set for a search: costs, leaves, the budget for duplicates, levels.
     pub fn options(self, asked: &BuildOptions) -> BuildOptions {
-        let (method, reinsert) = match self {
-            Rung::Sweep => (Method::Sweep, 0),
-            Rung::SweepMoved => (Method::Sweep, ROUNDS),
-            Rung::AgglomerativeMoved => (Method::Agglomerative, ROUNDS),
-            Rung::Sbvh => (Method::Sbvh, 0),
-            Rung::SbvhMoved => (Method::Sbvh, ROUNDS),
+        let (preset, method, reinsert) = match self {
+            Rung::Sweep => (Preset::Auto, Method::Sweep, 0),
+            Rung::SweepMoved => (Preset::Auto, Method::Sweep, ROUNDS),
+            Rung::Sbvh => (Preset::Auto, Method::Sbvh, 0),
+            Rung::SbvhMoved => (Preset::Auto, Method::Sbvh, ROUNDS),
+            Rung::CoarseMoved => (Preset::Balanced, Method::Sbvh, ROUNDS),
         };
+        let recipe = BuildOptions::preset(preset);
         BuildOptions {
             method,
             reinsert,
             max_leaf: asked.max_leaf,
             traversal_cost: asked.traversal_cost,
             intersection_cost: asked.intersection_cost,
-            split_budget: asked.split_budget,
+            split_budget: if preset == Preset::Auto {
+                asked.split_budget
+            } else {
+                asked.split_budget.min(recipe.split_budget)
+            },
             levels: asked.levels,
-            ..BuildOptions::preset(Preset::Auto)
+            ..recipe
         }
     }
 }

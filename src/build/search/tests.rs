@@ -67,10 +67,28 @@ fn what_the_user_sets_for_a_search_reaches_its_recipes() {
     let all = candidates(&options);
     assert_eq!(all.len(), 5);
     for recipe in all {
-        assert_eq!((recipe.max_leaf, recipe.traversal_cost, recipe.split_budget, recipe.bins), (3, 2.0, 1.1, 128));
+        assert_eq!((recipe.max_leaf, recipe.traversal_cost, recipe.split_budget), (3, 2.0, 1.1));
+        assert_ne!(recipe.bins, 7);
         assert!(!recipe.method.is_search());
         recipe.validate().unwrap();
     }
+}
+
+#[test]
+fn a_coarse_recipe_keeps_its_own_smaller_budget() {
+    let budgets = |asked_for: f32| {
+        let options = BuildOptions { split_budget: asked_for, ..asked(Method::Best) };
+        [Rung::SbvhMoved, Rung::CoarseMoved].map(|rung| rung.options(&options).split_budget)
+    };
+    assert_eq!((budgets(2.0), budgets(1.0)), ([2.0, 1.25], [1.0, 1.0]));
+}
+
+#[test]
+fn auto_tries_as_much_as_best_in_tiny_meshes() {
+    let mesh = row(700, 0.7);
+    let [auto, best] = [Method::Auto, Method::Best].map(|method| search(&mesh, method));
+    assert_eq!((auto.0, auto.1.trials), (best.0, best.1.trials));
+    assert!(auto.1.reason.contains("8192"), "{}", auto.1.reason);
 }
 
 #[test]
