@@ -28,7 +28,11 @@ use crate::tree::Tree;
 /// its depth is within [`MAX_DEPTH`](crate::tree::MAX_DEPTH) as the tree's must be. References stay in their leaves, but for
 /// leaves that are joined, which hold each triangle once.
 pub fn run(tree: Tree, options: &BuildOptions, exec: &Executor, progress: &dyn Progress) -> Result<Tree, BuildError> {
-    Ok(improved(&tree, options, exec, progress)?.unwrap_or(tree))
+    let Some(work) = changed(&tree, options, exec, progress)? else { return Ok(tree) };
+    // Two trees are enough to hold while the third is written.
+    let Tree { nodes, refs } = tree;
+    drop(nodes);
+    Ok(put_together(&work, &refs, options, exec))
 }
 
 /// [`run`] beside the tree that it starts from; `None` where it would be that tree.
@@ -38,6 +42,17 @@ pub fn improved(
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Option<Tree>, BuildError> {
+    let work = changed(tree, options, exec, progress)?;
+    Ok(work.map(|work| put_together(&work, &tree.refs, options, exec)))
+}
+
+/// The tree with its subtrees moved; `None` where nothing is to be written anew.
+fn changed(
+    tree: &Tree,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<Option<WorkTree>, BuildError> {
     if options.reinsert == 0 && !options.collapse {
         return Ok(None);
     }
@@ -61,7 +76,11 @@ pub fn improved(
         return Err(BuildError::Cancelled);
     }
     progress.phase("reinsert: put together");
+    Ok(Some(work))
+}
+
+fn put_together(work: &WorkTree, refs: &[u32], options: &BuildOptions, exec: &Executor) -> Tree {
     let sah = Sah { traversal: options.traversal_cost, intersection: options.intersection_cost };
     let collapse = options.collapse.then_some(Collapse { sah, max_leaf: options.max_leaf as usize });
-    Ok(Some(emit(&work, &tree.refs, collapse, exec)))
+    emit(work, refs, collapse, exec)
 }
