@@ -7,12 +7,16 @@
 //! column is the mean of 1.2·(inner nodes) + triangles per ray over three sets of so many rays: chords, bounces and occlusion. peak B/tri is the
 //! most memory that a build held at once beside the scene, its result included, in bytes per triangle.
 //!
-//! A FILE `hills:N` is a height field of about N triangles; with several of them, cpu ns/(n·log2 n) tells how the time grows.
+//! A FILE `hills:N` is a height field of about N triangles; with several of them, ns/(n·log2 n) tells how the time grows.
+//!
+//! --growth SVG draws that, a curve for each recipe; --pruning SVG draws what `bonsai,prune=…` costs in rays and time beside `sweep`, which must
+//! be among the recipes.
 //!
 //! With --phases there is a table for each scene and recipe instead: what the parts of a build take on one thread and on N (2 if --jobs
 //! is not given), which take turns. ms is the least of the repeats and cpu ms the mean of what the threads ran; shared is the part of the
 //! time that N threads can divide, and speed-up alone what all this makes of the speed-up where nothing else wants the processors.
 
+mod curves;
 mod memory;
 mod phases;
 
@@ -29,7 +33,7 @@ use std::time::Instant;
 
 fn main() {
     let (mut jobs, mut repeat, mut rays, mut by_phases) = (0, 3, 0, false);
-    let (mut sets, mut files, mut recipes) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut sets, mut files, mut recipes, mut charts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         let mut value = || args.next().expect("a value after the option");
@@ -38,6 +42,8 @@ fn main() {
             "--repeat" => repeat = value().parse().expect("a number of builds"),
             "--rays" => rays = value().parse().expect("a number of rays"),
             "--phases" => by_phases = true,
+            "--growth" => charts.push((curves::growth as curves::Draw, value())),
+            "--pruning" => charts.push((curves::pruning as curves::Draw, value())),
             "--set" => sets.push(value()),
             "--recipe" | "--preset" => recipes.push(value()),
             _ => files.push(arg),
@@ -59,9 +65,10 @@ fn main() {
     }
     let exec = Executor::new(jobs).expect("threads");
     println!(
-        "| scene | triangles | recipe | ms | ms/Mtri | cpu ms | cpu ns/(n·log2 n) | peak B/tri | SAH | refs/tri | depth | nodes | ray cost |"
+        "| scene | triangles | recipe | ms | ms/Mtri | cpu ms | ns/(n·log2 n) | peak B/tri | SAH | refs/tri | depth | nodes | ray cost |"
     );
     println!("|---|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
+    let mut rows = Vec::new();
     for file in &files {
         let scene = read(file);
         let mesh = &scene.meshes[0];
@@ -76,22 +83,41 @@ fn main() {
                 *least_cpu = least_cpu.min(cpu_ms() - start_cpu);
             }
         }
-        for (recipe, (least, cpu, peak, tree)) in recipes.iter().zip(built) {
+        for (recipe, (ms, cpu_ms, peak, tree)) in recipes.iter().zip(built) {
             let count = mesh.triangles.len() as f64;
+            let (nodes, depth, sah) = (tree.live_nodes(), tree.max_depth(), sah(&tree.nodes));
+            let duplication = tree.refs.len() as f64 / count;
+            let ray_cost = (rays > 0).then(|| ray_cost(&scene, tree, rays));
+            let row = Row { scene: name_of(file), recipe: recipe.clone(), triangles: count, ms, ray_cost };
             println!(
-                "| {} | {} | {recipe} | {least:.1} | {:.0} | {cpu:.1} | {:.1} | {:.0} | {:.2} | {:.3} | {} | {} | {} |",
-                name_of(file),
-                mesh.triangles.len(),
-                least / count * 1e6,
-                cpu * 1e6 / (count * count.log2()),
+                "| {} | {count} | {recipe} | {ms:.1} | {:.0} | {cpu_ms:.1} | {:.1} | {:.0} | {sah:.2} | {duplication:.3} | {depth} | {nodes} | {} |",
+                row.scene,
+                ms / count * 1e6,
+                row.growth(),
                 peak as f64 / count,
-                sah(&tree.nodes),
-                tree.refs.len() as f64 / count,
-                tree.max_depth(),
-                tree.live_nodes(),
-                if rays > 0 { format!("{:.2}", ray_cost(&scene, tree, rays)) } else { String::new() },
+                ray_cost.map_or_else(String::new, |cost| format!("{cost:.2}")),
             );
+            rows.push(row);
         }
+    }
+    for (draw, file) in charts {
+        std::fs::write(file, draw(&rows).svg().expect("points to draw")).expect("a file to write");
+    }
+}
+
+/// A line of the table.
+struct Row {
+    scene: String,
+    recipe: String,
+    triangles: f64,
+    ms: f64,
+    ray_cost: Option<f64>,
+}
+
+impl Row {
+    /// Nanoseconds for each of n·log2 n.
+    fn growth(&self) -> f64 {
+        self.ms * 1e6 / (self.triangles * self.triangles.log2())
     }
 }
 

@@ -152,3 +152,29 @@ fn sample_trees_are_no_worse_than_binned_ones() {
         assert!(sweep <= binned * 1.01, "{name}: sweep {sweep}, binned {binned}");
     }
 }
+
+/// The measure of Bonsai's authors: a sweep that sorts every node. Ours does not, and Bonsai is no three times quicker than that.
+#[test]
+#[ignore = "long: sorts every node of a million boxes"]
+fn long_bonsai_takes_a_third_of_the_time_of_sorting_every_node() {
+    let exec = Executor::sequential();
+    let boxes = soup(1_000_000, 100_000, 7);
+    let input = PrimRefs::of_boxes(&boxes, &exec);
+    let (options, count) = (options(8), boxes.len());
+    let time = |build: &dyn Fn(PrimRefs) -> Tree| {
+        let input = input.clone();
+        let start = std::time::Instant::now();
+        let tree = build(input);
+        assert!(tree.refs.len() == count);
+        start.elapsed().as_secs_f64()
+    };
+    let plain = |input: PrimRefs| {
+        let strategy = PerNodeSort(Sweep::new(&options));
+        driver::build(input, count, &strategy, options.max_leaf, &exec, &NoProgress, 0).unwrap()
+    };
+    let sorted_once = |input: PrimRefs| build(input, &options, &exec, &NoProgress, 0).unwrap();
+    let bonsai = |input: PrimRefs| crate::build::bonsai::build(input, &options, &exec, &NoProgress, 0).unwrap();
+    let [plain, sorted_once, bonsai] = [time(&plain), time(&sorted_once), time(&bonsai)];
+    println!("sorting every node {plain:.2} s, sweep {sorted_once:.2} s, bonsai {bonsai:.2} s");
+    assert!(plain >= 3.0 * bonsai, "sorting every node {plain} s, bonsai {bonsai} s");
+}
