@@ -9,6 +9,9 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
+/// Fewest items that are worth a task where each is a matter of nanoseconds.
+const LEAST: usize = 1 << 12;
+
 /// Runs closures on a fixed number of threads, or all of them on the caller's.
 #[derive(Debug)]
 pub struct Executor {
@@ -100,6 +103,36 @@ impl Executor {
         match &self.pool {
             Some(pool) => pool.install(|| items.into_par_iter().enumerate().map(|(i, item)| f(i, item)).collect()),
             None => self.alone(|| items.into_iter().enumerate().map(|(i, item)| f(i, item)).collect()),
+        }
+    }
+
+    /// `f(i)` for every `i` below `count`, in order, and room for `spare` items more. Nobody clears the memory first, as one thread would have
+    /// to for all.
+    pub fn generate<T: Send>(&self, count: usize, spare: usize, f: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+        let mut items = Vec::with_capacity(count + spare);
+        match &self.pool {
+            Some(pool) => pool.install(|| items.par_extend((0..count).into_par_iter().with_min_len(LEAST).map(f))),
+            None => self.alone(|| items.extend((0..count).map(f))),
+        }
+        items
+    }
+
+    /// [`Executor::map`] with memory to work in, which `make` makes once for a run of items. It comes as the item before left it, and
+    /// nothing may depend on which that was.
+    pub fn map_with<T: Send, W, R: Send>(
+        &self,
+        items: Vec<T>,
+        make: impl Fn() -> W + Sync + Send,
+        f: impl Fn(&mut W, usize, T) -> R + Sync + Send,
+    ) -> Vec<R> {
+        match &self.pool {
+            Some(pool) => pool.install(|| {
+                items.into_par_iter().enumerate().map_init(make, |memory, (i, item)| f(memory, i, item)).collect()
+            }),
+            None => self.alone(|| {
+                let mut memory = make();
+                items.into_iter().enumerate().map(|(i, item)| f(&mut memory, i, item)).collect()
+            }),
         }
     }
 

@@ -1,10 +1,10 @@
 //! Sorting by integer keys, as fast on many threads as on one, with a result that no thread count can change: the order
 //! is total, so every way of sorting gives the same sequence.
 //!
-//! A most significant digit first radix sort. A run of items is dealt into [`BUCKETS`] buckets by where their keys stand
-//! between the smallest and the largest key of the run; small buckets are sorted by comparison, large ones are dealt
-//! again. Counting from the range rather than from fixed bits suits both Morton codes of a scene that fills a corner of
-//! its box and the bit patterns of floats, most of which share an exponent.
+//! A most significant digit first radix sort. A run of items is dealt into buckets by where their keys stand between the smallest and the
+//! largest key of the run, large buckets are dealt again, and what is left in small ones is sorted by insertion. Counting from
+//! the range rather than from fixed bits suits both Morton codes of a scene that fills a corner of its box and the bit
+//! patterns of floats, most of which share an exponent.
 
 use super::exec::Executor;
 
@@ -22,20 +22,26 @@ impl RadixKey for u64 {
     }
 }
 
-/// Bits of the digit that a run is dealt by. So many cursors still fit the first-level cache.
+/// Most bits of the digit that a run is dealt by. So many cursors still fit the first-level cache.
 const DIGIT: u32 = 10;
 const BUCKETS: usize = 1 << DIGIT;
-/// Runs of at most so many items are sorted by comparison.
-const SMALL: usize = 1 << 11;
+/// Runs of at most so many items are sorted by insertion.
+const SMALL: usize = 24;
+/// Runs of at most so many items are not divided any more: they fit the second-level cache, with their copy.
+const ALONE: usize = 1 << 14;
 /// Items that one task counts and deals.
-const CHUNK: usize = 1 << 16;
+const CHUNK: usize = 1 << 15;
 
 /// Sort in O(n log n) at worst, with a copy of the items as scratch memory.
 pub(super) fn sort<T: RadixKey>(items: &mut [T], exec: &Executor) {
     if items.len() <= SMALL {
-        return items.sort_unstable();
+        return insert_each(items);
     }
     let mut scratch = bytemuck::zeroed_vec(items.len());
+    if items.len() <= ALONE || exec.is_sequential() {
+        deal_alone(items, &mut scratch, Place::Items);
+        return insert_each(items);
+    }
     exec.run(|| deal(items, &mut scratch, Place::Items, exec));
 }
 
@@ -51,7 +57,7 @@ enum Place {
 /// every time the range of prefixes shrinks by a factor of [`BUCKETS`].
 fn deal<T: RadixKey>(items: &mut [T], scratch: &mut [T], place: Place, exec: &Executor) {
     let source: &[T] = if place == Place::Items { items } else { scratch };
-    let Some(digit) = Digit::of(source, exec) else {
+    let Some(digit) = Digit::of_all(source, exec) else {
         // One prefix for all.
         if place == Place::Scratch {
             items.copy_from_slice(scratch);
@@ -64,21 +70,87 @@ fn deal<T: RadixKey>(items: &mut [T], scratch: &mut [T], place: Place, exec: &Ex
     };
     let sizes = scatter(from, to, digit, exec);
 
-    // Finish every bucket by itself, the larger ones by dealing them again.
-    let (mut items, mut scratch) = (items, scratch);
-    let mut buckets = Vec::new();
-    for size in sizes.into_iter().filter(|size| *size > 0) {
-        buckets.push((cut(&mut items, size), cut(&mut scratch, size)));
+    // Finish the buckets, as many together as make a task and the largest each by itself.
+    let (mut items, mut scratch, mut sizes) = (items, scratch, sizes.as_slice());
+    let mut jobs = Vec::new();
+    while !sizes.is_empty() {
+        let (mut count, mut total) = (1, sizes[0]);
+        while count < sizes.len() && total + sizes[count] <= ALONE {
+            total += sizes[count];
+            count += 1;
+        }
+        jobs.push((cut(&mut items, total), cut(&mut scratch, total), &sizes[..count]));
+        sizes = &sizes[count..];
     }
-    exec.map(buckets, |_, (items, scratch)| {
-        if items.len() > SMALL {
+    exec.map(jobs, |_, (items, scratch, sizes)| {
+        if items.len() > ALONE {
             return deal(items, scratch, next, exec);
         }
-        if next == Place::Scratch {
+        let mut end = 0;
+        for size in sizes {
+            let run = end..end + size;
+            deal_alone(&mut items[run.clone()], &mut scratch[run], next);
+            end += size;
+        }
+        insert_each(items);
+    });
+}
+
+/// [`deal`] on one thread, but for runs of up to [`SMALL`] items, which stand in their place as a whole only.
+fn deal_alone<T: RadixKey>(items: &mut [T], scratch: &mut [T], place: Place) {
+    let source: &[T] = if place == Place::Items { items } else { scratch };
+    let digit = if items.len() > SMALL { Digit::of(Digit::range(source), items.len()) } else { None };
+    let Some(digit) = digit else {
+        if place == Place::Scratch {
             items.copy_from_slice(scratch);
         }
-        items.sort_unstable();
-    });
+        if items.len() > SMALL {
+            items.sort_unstable();
+        }
+        return;
+    };
+    let (from, to): (&[T], &mut [T]) = match place {
+        Place::Items => (items, scratch),
+        Place::Scratch => (scratch, items),
+    };
+    let mut ends = [0u32; BUCKETS];
+    let ends = &mut ends[..digit.buckets];
+    for item in from {
+        ends[digit.bucket(item)] += 1;
+    }
+    let mut start = 0;
+    for end in &mut *ends {
+        start += std::mem::replace(end, start);
+    }
+    for item in from {
+        let end = &mut ends[digit.bucket(item)];
+        to[*end as usize] = *item;
+        *end += 1;
+    }
+    if place == Place::Items {
+        items.copy_from_slice(scratch);
+    }
+    let mut start = 0;
+    for end in ends {
+        let run = start..*end as usize;
+        start = run.end;
+        if run.len() > SMALL {
+            deal_alone(&mut items[run.clone()], &mut scratch[run], Place::Items);
+        }
+    }
+}
+
+/// Sort items of which none is far from its place.
+fn insert_each<T: RadixKey>(items: &mut [T]) {
+    for i in 1..items.len() {
+        let item = items[i];
+        let mut to = i;
+        while to > 0 && item < items[to - 1] {
+            items[to] = items[to - 1];
+            to -= 1;
+        }
+        items[to] = item;
+    }
 }
 
 /// Which bucket a prefix belongs to.
@@ -86,28 +158,39 @@ fn deal<T: RadixKey>(items: &mut [T], scratch: &mut [T], place: Place, exec: &Ex
 struct Digit {
     low: u64,
     shift: u32,
+    /// A power of two.
+    buckets: usize,
 }
 
 impl Digit {
-    /// `None` where all prefixes are equal.
-    fn of<T: RadixKey>(items: &[T], exec: &Executor) -> Option<Digit> {
-        let ranges = exec.map_chunks(items, CHUNK, |_, chunk| {
-            chunk.iter().fold((u64::MAX, 0), |(low, high), item| (low.min(item.prefix()), high.max(item.prefix())))
-        });
-        let (low, high) = ranges.into_iter().fold((u64::MAX, 0), |a: (u64, u64), b| (a.0.min(b.0), a.1.max(b.1)));
-        (low < high).then(|| Digit { low, shift: (64 - (high - low).leading_zeros()).saturating_sub(DIGIT) })
+    /// For a run of so many items between these prefixes, about four buckets for eight items; `None` where all are equal.
+    fn of((low, high): (u64, u64), count: usize) -> Option<Digit> {
+        let bits = (count.max(2).ilog2() - 1).min(DIGIT);
+        let shift = (64 - (high.wrapping_sub(low)).leading_zeros()).saturating_sub(bits);
+        (low < high).then_some(Digit { low, shift, buckets: 1 << bits })
+    }
+
+    fn of_all<T: RadixKey>(items: &[T], exec: &Executor) -> Option<Digit> {
+        let ranges = exec.map_chunks(items, CHUNK, |_, chunk| Digit::range(chunk));
+        let range = ranges.into_iter().fold((u64::MAX, 0), |a: (u64, u64), b| (a.0.min(b.0), a.1.max(b.1)));
+        Digit::of(range, items.len())
+    }
+
+    /// The smallest and the largest prefix.
+    fn range<T: RadixKey>(items: &[T]) -> (u64, u64) {
+        items.iter().fold((u64::MAX, 0), |(low, high), item| (low.min(item.prefix()), high.max(item.prefix())))
     }
 
     #[inline(always)]
     fn bucket<T: RadixKey>(self, item: &T) -> usize {
-        ((item.prefix() - self.low) >> self.shift) as usize % BUCKETS
+        ((item.prefix() - self.low) >> self.shift) as usize & (self.buckets - 1)
     }
 }
 
 /// Copy every item into its bucket, keeping the order inside buckets; returns the buckets' sizes.
 fn scatter<T: RadixKey>(from: &[T], to: &mut [T], digit: Digit, exec: &Executor) -> Vec<usize> {
     let counts = exec.map_chunks(from, CHUNK, |_, chunk| {
-        let mut counts = vec![0u32; BUCKETS];
+        let mut counts = vec![0u32; digit.buckets];
         for item in chunk {
             counts[digit.bucket(item)] += 1;
         }
@@ -116,9 +199,9 @@ fn scatter<T: RadixKey>(from: &[T], to: &mut [T], digit: Digit, exec: &Executor)
 
     // Give every chunk its own run of every bucket.
     let mut rest = to;
-    let mut slots: Vec<Vec<&mut [T]>> = counts.iter().map(|_| Vec::with_capacity(BUCKETS)).collect();
-    let mut sizes = Vec::with_capacity(BUCKETS);
-    for bucket in 0..BUCKETS {
+    let mut slots: Vec<Vec<&mut [T]>> = counts.iter().map(|_| Vec::with_capacity(digit.buckets)).collect();
+    let mut sizes = Vec::with_capacity(digit.buckets);
+    for bucket in 0..digit.buckets {
         for (slots, counts) in slots.iter_mut().zip(&counts) {
             slots.push(cut(&mut rest, counts[bucket] as usize));
         }

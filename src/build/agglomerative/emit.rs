@@ -1,128 +1,169 @@
-//! From merges to a tree in canonical order, of bounded depth.
+//! From merges to a tree in canonical order.
 
-use super::rounds::{Forest, Merge};
-use crate::build::binned::Binned;
-use crate::build::error::BuildError;
+use super::forest::Forest;
 use crate::build::exec::Executor;
-use crate::build::prim_ref::PrimRef;
-use crate::build::progress::NoProgress;
-use crate::build::recipe::options::{Axes, BuildOptions};
-use crate::build::top_down::driver::{Driver, Limits};
-use crate::build::top_down::output::{Branch, Grown, Piece};
-use crate::build::top_down::partition::bounds_of;
-use crate::build::top_down::strategy::NodeTask;
-use crate::tree::{MAX_DEPTH, Node, Tree};
+use crate::build::lanes::LaneBox;
+use crate::geom::Aabb;
+use crate::tree::{Node, Tree};
 
 /// Below this many references a subtree is one task. A constant, so that nothing depends on the number of threads.
-const TASK: u32 = 1 << 11;
+const TASK: u32 = 1 << 12;
+/// What stands at a reference's place that its leaf does not need.
+const GONE: u32 = u32::MAX;
 
-/// Write the tree. `refs` are the references in the order that the forest numbers them in.
-pub(super) fn emit(
-    refs: &[PrimRef],
-    forest: &Forest,
-    options: &BuildOptions,
-    exec: &Executor,
-) -> Result<Tree, BuildError> {
-    // Only where clustering goes too deep: the options of this method say nothing of bins.
-    let strategy = Binned::new(&BuildOptions { axes: Axes::All, bins: 16, ..options.clone() });
-    let limits = Limits { max_leaf: options.max_leaf, max_depth: MAX_DEPTH };
-    let emitter = Emitter { refs, forest, exec, driver: Driver::new(&strategy, limits, exec, &NoProgress), limits };
-    let root = (refs.len() + forest.merges.len() - 1) as u32;
-    let grown = if exec.is_sequential() {
-        let mut writer = Writer { piece: Piece::for_refs(refs.len()), ..Writer::default() };
-        let pair = writer.piece.reserve_pair();
-        let root = emitter.grow(root, 0, &mut writer);
-        Grown::Whole { pair, root, piece: writer.piece }
-    } else {
-        Grown::Parts(exec.run(|| emitter.fork(root, 0)))
-    };
-    Ok(grown.into_tree(exec))
-}
-
-struct Emitter<'a> {
-    refs: &'a [PrimRef],
-    forest: &'a Forest,
-    exec: &'a Executor,
-    driver: Driver<'a, Binned>,
-    limits: Limits,
-}
-
-/// A part of the tree while it grows.
-#[derive(Default)]
-struct Writer {
-    piece: Piece,
-    /// Scratch: clusters of a leaf that are still to be opened.
-    open: Vec<u32>,
-    prims: Vec<u32>,
-}
-
-impl Emitter<'_> {
-    /// `None` for a reference.
-    fn merge(&self, cluster: u32) -> Option<&Merge> {
-        self.forest.merges.get((cluster as usize).checked_sub(self.refs.len())?)
+/// Write the tree, each part of it straight to its place: a cluster knows how many nodes and references are below it. The forest is
+/// no deeper than trees may be.
+pub(super) fn emit(forest: &Forest, exec: &Executor) -> Tree {
+    let nodes = bytemuck::zeroed_vec(2 + 2 * forest.root.weight.inner as usize);
+    let mut tree = Tree { nodes, refs: vec![0; forest.refs.len()] };
+    let (root, below) = tree.nodes.split_at_mut(2);
+    let part = Part { nodes: below, refs: &mut tree.refs, first_node: 2, first_ref: 0 };
+    let (_, dropped) = exec.run(|| fork(forest, forest.root.number, &mut root[0], part, exec));
+    if dropped > 0 {
+        close_gaps(&mut tree);
     }
+    tree
+}
 
-    /// The upper part of the tree, where the two sides are separate tasks.
-    fn fork(&self, cluster: u32, depth: u32) -> Branch {
-        match self.merge(cluster) {
-            Some(merge) if merge.count > TASK && merge.height > 0 && self.children_fit(merge, depth) => {
+/// A run of the output, for all that is below one node.
+struct Part<'a> {
+    nodes: &'a mut [Node],
+    refs: &'a mut [u32],
+    /// Where the runs start in the tree.
+    first_node: u32,
+    first_ref: u32,
+}
+
+impl<'a> Part<'a> {
+    fn split(self, nodes: usize, refs: usize) -> (Part<'a>, Part<'a>) {
+        let (near_nodes, far_nodes) = self.nodes.split_at_mut(nodes);
+        let (near_refs, far_refs) = self.refs.split_at_mut(refs);
+        let far = Part {
+            nodes: far_nodes,
+            refs: far_refs,
+            first_node: self.first_node + nodes as u32,
+            first_ref: self.first_ref + refs as u32,
+        };
+        (Part { nodes: near_nodes, refs: near_refs, ..self }, far)
+    }
+}
+
+/// The upper part of the tree, where the two sides are separate tasks. Returns the box, and how many references are [`GONE`].
+fn fork(forest: &Forest, cluster: u32, node: &mut Node, part: Part, exec: &Executor) -> (LaneBox, u32) {
+    let Some(merge) = forest.merge(cluster).filter(|merge| merge.count > TASK && merge.inner > 0) else {
+        let mut writer = Writer { forest, part, node: 0, slot: 0, dropped: 0 };
+        let record = writer.write(cluster);
+        *node = record.node();
+        return (record.bounds, writer.dropped);
+    };
+    let first_node = part.first_node;
+    let (pair, below) = part.split(2, 0);
+    let (left, right) = pair.nodes.split_at_mut(1);
+    let [a, b] = merge.children;
+    let (nodes, refs) = forest.merge(a).map_or((0, 1), |m| (2 * m.inner as usize, m.count as usize));
+    let (near, far) = below.split(nodes, refs);
+    let ((x, lost), (y, also)) =
+        exec.join(|| fork(forest, a, &mut left[0], near, exec), || fork(forest, b, &mut right[0], far, exec));
+    let bounds = x.union(y);
+    *node = Node::inner(bounds.aabb(), first_node);
+    (bounds, lost + also)
+}
+
+/// A node as it is handed up: vectors as a whole, or processors wait for them.
+struct Record {
+    bounds: LaneBox,
+    first: usize,
+    count: usize,
+}
+
+impl Record {
+    #[inline(always)]
+    fn node(&self) -> Node {
+        let Aabb { min, max } = self.bounds.aabb();
+        Node { min, first: self.first as u32, max, count: self.count as u32 }
+    }
+}
+
+/// Writes a part front to back.
+struct Writer<'a> {
+    forest: &'a Forest<'a>,
+    part: Part<'a>,
+    /// Nodes and references that stand.
+    node: usize,
+    slot: usize,
+    dropped: u32,
+}
+
+impl Writer<'_> {
+    /// Everything below a cluster. As deep as the tree.
+    fn write(&mut self, cluster: u32) -> Record {
+        let start = self.slot;
+        match self.forest.merge(cluster) {
+            Some(merge) if merge.inner > 0 => {
+                let pair = self.node;
+                self.node += 2;
                 let [a, b] = merge.children;
-                let children = self.exec.join(|| self.fork(a, depth + 1), || self.fork(b, depth + 1));
-                Branch::Fork { bounds: merge.bounds, children: Box::new(children) }
+                let first = self.write(a);
+                self.part.nodes[pair] = first.node();
+                let second = self.write(b);
+                self.part.nodes[pair + 1] = second.node();
+                let bounds = first.bounds.union(second.bounds);
+                Record { bounds, first: self.part.first_node as usize + pair, count: 0 }
             }
             _ => {
-                let mut writer = Writer::default();
-                let root = self.grow(cluster, depth, &mut writer);
-                Branch::Piece { root, piece: writer.piece }
+                let bounds = self.gather(cluster);
+                let count = self.tidy(start);
+                Record { bounds, first: self.part.first_ref as usize + start, count }
             }
         }
     }
 
-    /// Append a whole subtree; returns its root's record. As deep as the tree, which [`MAX_DEPTH`] bounds.
-    fn grow(&self, cluster: u32, depth: u32, writer: &mut Writer) -> Node {
-        let Some(merge) = self.merge(cluster) else {
-            let r = &self.refs[cluster as usize];
-            return writer.piece.leaf(r.bounds(), std::iter::once(r.prim));
-        };
-        if merge.height == 0 {
-            writer.prims.clear();
-            let Writer { open, prims, .. } = writer;
-            self.for_each_below(cluster, open, |r| prims.push(r.prim));
-            return writer.piece.leaf(merge.bounds, writer.prims.drain(..));
+    /// A leaf's references and their box. As deep as a leaf has references.
+    fn gather(&mut self, cluster: u32) -> LaneBox {
+        if let Some(merge) = self.forest.merge(cluster) {
+            let [a, b] = merge.children;
+            let first = self.gather(a);
+            return first.union(self.gather(b));
         }
-        if !self.children_fit(merge, depth) {
-            return self.rebuild(cluster, merge, depth, writer);
+        let r = &self.forest.refs[cluster as usize];
+        self.part.refs[self.slot] = r.prim;
+        self.slot += 1;
+        r.lanes()
+    }
+
+    /// Put a leaf's references in ascending order, each once: of a triangle that was cut, two parts may have come together. Returns
+    /// how many there are.
+    fn tidy(&mut self, start: usize) -> usize {
+        let slots = &mut self.part.refs[start..self.slot];
+        if slots.is_sorted_by(|a, b| a < b) {
+            return slots.len();
         }
-        let pair = writer.piece.reserve_pair();
-        let [first, second] = merge.children.map(|child| self.grow(child, depth + 1, writer));
-        writer.piece.fill_pair(pair, first, second);
-        Node::inner(merge.bounds, pair)
-    }
-
-    /// Clustering is kept as long as what lies below still fits, at worst as a balanced tree with full leaves. So
-    /// `depth + min(height, levels(count)) <= MAX_DEPTH` holds at every cluster that is asked about.
-    fn children_fit(&self, merge: &Merge, depth: u32) -> bool {
-        let height = |child: u32| self.merge(child).map_or(0, |m| m.height.min(self.limits.levels(m.count as usize)));
-        merge.children.into_iter().all(|child| depth + 1 + height(child) <= MAX_DEPTH)
-    }
-
-    /// Build what is below from the top down, by a driver that keeps to the depth.
-    fn rebuild(&self, cluster: u32, merge: &Merge, depth: u32, writer: &mut Writer) -> Node {
-        let mut refs = Vec::with_capacity(merge.count as usize);
-        self.for_each_below(cluster, &mut writer.open, |r| refs.push(*r));
-        let (bounds, centroids) = bounds_of(&refs);
-        let task = NodeTask { bounds, centroids, live: refs.len(), depth };
-        self.driver.grow(task, refs.as_mut_slice(), &mut writer.piece, 0)
-    }
-
-    fn for_each_below(&self, cluster: u32, open: &mut Vec<u32>, mut f: impl FnMut(&PrimRef)) {
-        open.clear();
-        open.push(cluster);
-        while let Some(cluster) = open.pop() {
-            match self.merge(cluster) {
-                Some(merge) => open.extend(merge.children.into_iter().rev()),
-                None => f(&self.refs[cluster as usize]),
+        slots.sort_unstable();
+        let mut kept = 1;
+        for i in 1..slots.len() {
+            if slots[i] != slots[kept - 1] {
+                slots[kept] = slots[i];
+                kept += 1;
             }
         }
+        slots[kept..].fill(GONE);
+        self.dropped += (slots.len() - kept) as u32;
+        kept
     }
+}
+
+/// Take out what is [`GONE`].
+fn close_gaps(tree: &mut Tree) {
+    let mut gone = 0;
+    let gone_before: Vec<u32> = (tree.refs.iter())
+        .map(|prim| {
+            gone += u32::from(*prim == GONE);
+            gone
+        })
+        .collect();
+    // A leaf's first reference is never gone.
+    for node in tree.nodes.iter_mut().filter(|node| node.is_leaf()) {
+        node.first -= gone_before[node.first as usize];
+    }
+    tree.refs.retain(|prim| *prim != GONE);
 }

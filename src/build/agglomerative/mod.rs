@@ -3,13 +3,18 @@
 //!
 //! References stand in the order of a Morton curve. In each round every cluster looks for its best match, the one with
 //! which it has the smallest common box, among its neighbours in that order; clusters that are each other's best match become
-//! one, in the place of the first. When one cluster is left, subtrees that are dearer than a leaf are made leaves.
+//! one, in the place of the first. Rounds are made in groups of neighbours until a group is a few clusters; those are put in groups anew,
+//! and so on, until one cluster is left. Subtrees that are dearer than a leaf are leaves.
 //!
-//! `morton` makes the order, `window` finds matches, `rounds` merges, `emit` writes the tree.
+//! `morton` makes the order, `levels` the groups, `group` merges, `window` finds matches, `forest` is what comes of it, `emit` writes the
+//! tree, and `deep` does where the forest goes too deep.
 
+mod deep;
 mod emit;
+mod forest;
+mod group;
+mod levels;
 mod morton;
-mod rounds;
 mod window;
 
 use super::cost::Sah;
@@ -19,14 +24,14 @@ use super::prim_ref::PrimRefs;
 use super::progress::Progress;
 use super::recipe::options::BuildOptions;
 use super::top_down::driver::check_slots;
-use crate::tree::Tree;
+use crate::tree::{MAX_DEPTH, Tree};
 
 /// Widest window: a distance and one bit more share six bits with an area.
 pub(super) const MAX_RADIUS: u32 = window::MAX_RADIUS as u32;
 
-/// Bytes that a build holds at its peak for every reference, beside the reference itself and the tree: clusters of two rounds,
-/// partners, and merges.
-pub(super) const BYTES_PER_REF: u64 = 112;
+/// Bytes that a build holds at its peak for every reference, beside the reference itself and the tree: its place in the order, its key
+/// and a copy of that.
+pub(super) const BYTES_PER_REF: u64 = 48;
 
 /// Build the tree over all references. `share` is what it counts for in [`Progress::advance`].
 pub(super) fn build(
@@ -42,15 +47,18 @@ pub(super) fn build(
     }
     let bounds = input.bounds;
     progress.phase("sort");
-    let (refs, scratch) = exec.run(|| morton::sort(input.refs, &input.centroids, exec));
-    let rules = rounds::Rules {
+    let refs = exec.run(|| morton::sort(input.refs, &input.centroids, exec));
+    let rules = forest::Rules {
         sah: Sah { traversal: options.traversal_cost, intersection: options.intersection_cost },
         max_leaf: options.max_leaf.clamp(1, 255),
         radius: options.radius.clamp(1, MAX_RADIUS) as usize,
-        scale: rounds::scale_of(&bounds),
+        scale: forest::scale_of(&bounds),
     };
     progress.phase("merge");
-    let forest = exec.run(|| rounds::cluster(&refs, scratch, &rules, exec, progress, share))?;
+    let forest = exec.run(|| levels::cluster(&refs, &rules, exec, progress, share))?;
     progress.phase("put together");
-    emit::emit(&refs, &forest, options, exec)
+    if forest.root.weight.height > MAX_DEPTH {
+        return Ok(deep::emit(&forest, options, exec));
+    }
+    Ok(emit::emit(&forest, exec))
 }

@@ -4,6 +4,7 @@ use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRef;
 use crate::build::radix;
 use crate::geom::Aabb;
+use std::ops::Range;
 
 /// Most bits of a code per axis.
 const BITS: u32 = 21;
@@ -11,6 +12,9 @@ const BITS: u32 = 21;
 const CHUNK: usize = 1 << 14;
 /// Runs of equal codes up to this length stay in the order of the references: any window holds them whole.
 const MAX_TIES: usize = 4;
+
+/// For runs that are too short to divide.
+static ALONE: Executor = Executor::sequential();
 
 /// How a code and, in the low bits, the number of its reference share 64 bits: half the memory of a pair, and quicker to compare.
 #[derive(Clone, Copy)]
@@ -34,21 +38,17 @@ impl Packing {
     }
 }
 
-/// The references in the order of their centres' Morton codes, equal centres in the order that they come in; and the memory that they
-/// were in.
+/// The references in the order of their centres' Morton codes, equal centres in the order that they come in.
 ///
 /// Where many references share a cell of the finest grid, as a small model does in a large scene, the cell gets a grid of its
 /// own, and so on until centres are told apart or equal.
 /// `centroids` is the box of the doubled centres as far as floats tell.
-pub(super) fn sort(refs: Vec<PrimRef>, centroids: &Aabb, exec: &Executor) -> (Vec<PrimRef>, Vec<PrimRef>) {
+pub(super) fn sort(refs: Vec<PrimRef>, centroids: &Aabb, exec: &Executor) -> Vec<PrimRef> {
     let packing = Packing::of(refs.len());
-    let mut keys = vec![0u64; refs.len()];
     let grid = Grid::over_box(centroids.min.map(f64::from), centroids.max.map(f64::from), packing);
-    exec.map_chunks_mut(&mut keys, CHUNK, |chunk_index, chunk| {
-        for (i, key) in (chunk_index * CHUNK..).zip(chunk) {
-            let code = grid.as_ref().map_or(0, |grid| grid.code(center2(&refs[i])));
-            *key = code << packing.index_bits | i as u64;
-        }
+    let mut keys = exec.generate(refs.len(), 0, |i| {
+        let code = grid.as_ref().map_or(0, |grid| grid.code(center2(&refs[i])));
+        code << packing.index_bits | i as u64
     });
     match grid {
         Some(_) => radix::sort(&mut keys, exec),
@@ -56,21 +56,22 @@ pub(super) fn sort(refs: Vec<PrimRef>, centroids: &Aabb, exec: &Executor) -> (Ve
     }
 
     // Give every run of equal codes a grid of its own. A run lies within one cell, so its box shrinks many times with every grid.
-    let mut open = Vec::new();
-    push_ties(&keys, 0, packing, &mut open);
-    while let Some((start, end)) = open.pop() {
-        if code_and_sort(&mut keys[start..end], &refs, packing, exec) {
-            push_ties(&keys[start..end], start, packing, &mut open);
+    let mut open = ties(&keys, 0, packing, exec);
+    while !open.is_empty() {
+        let (mut rest, mut at) = (keys.as_mut_slice(), 0);
+        let mut runs = Vec::with_capacity(open.len());
+        for range in open {
+            let (run, behind) = std::mem::take(&mut rest)[range.start - at..].split_at_mut(range.len());
+            runs.push((range.start, run));
+            (rest, at) = (behind, range.end);
         }
+        let found = exec.map(runs, |_, (start, run)| {
+            let exec = if run.len() > CHUNK { exec } else { &ALONE };
+            if code_and_sort(run, &refs, packing, exec) { ties(run, start, packing, exec) } else { Vec::new() }
+        });
+        open = found.concat();
     }
-
-    let mut sorted: Vec<PrimRef> = bytemuck::zeroed_vec(refs.len());
-    exec.map_chunks_mut(&mut sorted, CHUNK, |chunk_index, chunk| {
-        for (slot, key) in chunk.iter_mut().zip(&keys[chunk_index * CHUNK..]) {
-            *slot = refs[packing.index(*key)];
-        }
-    });
-    (sorted, refs)
+    exec.generate(refs.len(), 0, |i| refs[packing.index(keys[i])])
 }
 
 /// Code the keys by a grid over the box of their centres, and sort them; `false` where all centres are equal.
@@ -86,23 +87,33 @@ fn code_and_sort(keys: &mut [u64], refs: &[PrimRef], packing: Packing, exec: &Ex
     true
 }
 
-/// The runs of more than [`MAX_TIES`] equal codes, as ranges that count from `base`.
-fn push_ties(keys: &[u64], base: usize, packing: Packing, open: &mut Vec<(usize, usize)>) {
-    let mut start = 0;
-    while start < keys.len() {
-        let code = packing.code(keys[start]);
-        // Sorted: one look tells whether enough are equal.
-        if keys.get(start + MAX_TIES).is_none_or(|key| packing.code(*key) != code) {
+/// The runs of more than [`MAX_TIES`] equal codes in order, as ranges that count from `base`.
+fn ties(keys: &[u64], base: usize, packing: Packing, exec: &Executor) -> Vec<Range<usize>> {
+    let code = |i: usize| packing.code(keys[i]);
+    let found = exec.map_chunks(keys, CHUNK, |chunk_index, chunk| {
+        let mut runs = Vec::new();
+        let mut start = chunk_index * CHUNK;
+        let chunk_end = start + chunk.len();
+        // A run that comes in from the chunk before is that one's.
+        while start > 0 && start < chunk_end && code(start) == code(start - 1) {
             start += 1;
-            continue;
         }
-        let mut end = start + MAX_TIES + 1;
-        while end < keys.len() && packing.code(keys[end]) == code {
-            end += 1;
+        while start < chunk_end {
+            // Sorted: one look tells whether enough are equal.
+            if start + MAX_TIES >= keys.len() || code(start + MAX_TIES) != code(start) {
+                start += 1;
+                continue;
+            }
+            let mut end = start + MAX_TIES + 1;
+            while end < keys.len() && code(end) == code(start) {
+                end += 1;
+            }
+            runs.push(base + start..base + end);
+            start = end;
         }
-        open.push((base + start, base + end));
-        start = end;
-    }
+        runs
+    });
+    found.concat()
 }
 
 /// Twice the centre, exact but for the last bit of a double.
@@ -161,7 +172,7 @@ mod tests {
 
     fn sorted(refs: Vec<PrimRef>, exec: &Executor) -> Vec<PrimRef> {
         let (_, centroids) = bounds_of(&refs);
-        sort(refs, &centroids, exec).0
+        sort(refs, &centroids, exec)
     }
 
     fn point(at: [f32; 3], prim: u32) -> PrimRef {

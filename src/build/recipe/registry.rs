@@ -84,7 +84,7 @@ pub const METHODS: &[MethodInfo] = &[
     MethodInfo {
         method: Method::Agglomerative,
         name: "agglomerative",
-        revision: 1,
+        revision: 2,
         summary: "from the triangles up: neighbours on a Morton curve merge with their best match",
         options: &[O::Radius, O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::Presplit, O::Levels],
     },
