@@ -106,10 +106,9 @@ impl Executor {
         }
     }
 
-    /// `f(i)` for every `i` below `count`, in order, and room for `spare` items more. Nobody clears the memory first, as one thread would have
-    /// to for all.
-    pub fn generate<T: Send>(&self, count: usize, spare: usize, f: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
-        let mut items = Vec::with_capacity(count + spare);
+    /// `f(i)` for every `i` below `count`, in order. Nobody clears the memory first, as one thread would have to for all.
+    pub fn generate<T: Send>(&self, count: usize, f: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+        let mut items = Vec::with_capacity(count);
         match &self.pool {
             Some(pool) => pool.install(|| items.par_extend((0..count).into_par_iter().with_min_len(LEAST).map(f))),
             None => self.alone(|| items.extend((0..count).map(f))),

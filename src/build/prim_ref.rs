@@ -77,15 +77,15 @@ impl PrimRefs {
         PrimRefs { refs, bounds, centroids }
     }
 
-    fn generate(
-        count: usize,
-        slack: usize,
-        exec: &Executor,
-        make: impl Fn(usize) -> PrimRef + Sync + Send,
-    ) -> PrimRefs {
-        let mut refs = exec.generate(count, slack, make);
-        let boxes = exec.map_chunks(&refs, CHUNK, |_, chunk| bounds_of(chunk));
-        refs.resize(count + slack, bytemuck::Zeroable::zeroed());
+    fn generate(count: usize, slack: usize, exec: &Executor, make: impl Fn(usize) -> PrimRef + Sync) -> PrimRefs {
+        // Zeroed by the system when touched first, which many threads then do.
+        let mut refs: Vec<PrimRef> = bytemuck::zeroed_vec(count + slack);
+        let boxes = exec.map_chunks_mut(&mut refs[..count], CHUNK, |chunk_index, chunk| {
+            for (i, slot) in chunk.iter_mut().enumerate() {
+                *slot = make(chunk_index * CHUNK + i);
+            }
+            bounds_of(chunk)
+        });
         let (bounds, centroids) = join(boxes);
         PrimRefs { refs, bounds, centroids }
     }

@@ -46,7 +46,7 @@ impl Packing {
 pub(super) fn sort(refs: Vec<PrimRef>, centroids: &Aabb, exec: &Executor) -> Vec<PrimRef> {
     let packing = Packing::of(refs.len());
     let grid = Grid::over_box(centroids.min.map(f64::from), centroids.max.map(f64::from), packing);
-    let mut keys = exec.generate(refs.len(), 0, |i| {
+    let mut keys = exec.generate(refs.len(), |i| {
         let code = grid.as_ref().map_or(0, |grid| grid.code(center2(&refs[i])));
         code << packing.index_bits | i as u64
     });
@@ -71,7 +71,7 @@ pub(super) fn sort(refs: Vec<PrimRef>, centroids: &Aabb, exec: &Executor) -> Vec
         });
         open = found.concat();
     }
-    exec.generate(refs.len(), 0, |i| refs[packing.index(keys[i])])
+    exec.generate(refs.len(), |i| refs[packing.index(keys[i])])
 }
 
 /// Code the keys by a grid over the box of their centres, and sort them; `false` where all centres are equal.
