@@ -6,9 +6,8 @@
 //! 1.2·(inner nodes) + triangles, the mean of the three sets. `over` is how much more it costs than in the cheapest tree of all recipes.
 //! All rays of one camera start in one point, and what leaf a tree happens to have there is paid by each of them; so `64 eyes` says the
 //! same of as many rays from 64 cameras, sixteen strewn about each of the four.
-//! The thresholds of `auto` were set from the scenes marked `chosen on`; its recipes and their order were laid out knowing all scenes of the
-//! bench but ldraw_cafe_corner, so that the others of them are no blind test, while it and the samples are. Without scenes: those of the bench
-//! that are there, and the samples.
+//! The thresholds of `auto` were set from the scenes marked `chosen on`; its recipes and their order were laid out knowing all of them and the
+//! samples, so that none is a blind test. Without scenes: those of the bench that are there, and the samples.
 
 #[path = "../benches/peers/recipes.rs"]
 mod recipes;
