@@ -124,11 +124,10 @@ impl BuildOptions {
             Preset::Best => BuildOptions { method: Method::Best, ..auto },
             Preset::Balanced => BuildOptions {
                 method: Method::Sbvh,
-                bins: 32,
+                bins: 64,
                 spatial_bins: 8,
                 split_alpha: 1e-3,
                 split_budget: 1.25,
-                reinsert: 2,
                 ..auto
             },
             Preset::Draft => BuildOptions { method: Method::Binned, bins: 32, ..auto },
