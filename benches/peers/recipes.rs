@@ -8,6 +8,7 @@ use clap::Parser;
 const RECIPES: &[(&str, &str)] = &[
     ("draft", "--preset draft"),
     ("draft + 2 rounds", "--preset draft --reinsert 2"),
+    ("binned", "--preset draft --method binned --bins 16"),
     ("bonsai", "--method bonsai"),
     ("bonsai + 2 rounds", "--method bonsai --reinsert 2"),
     ("bonsai + 8 rounds", "--method bonsai --reinsert 8"),
@@ -18,6 +19,7 @@ const RECIPES: &[(&str, &str)] = &[
     ("cut sweep + 8 rounds", "--method sweep --presplit 0.3 --reinsert 8"),
     ("near agglomerative 1", "--method agglomerative --radius 1"),
     ("near agglomerative 2", "--method agglomerative --radius 2"),
+    ("near agglomerative 4", "--method agglomerative --radius 4"),
     ("agglomerative", "--method agglomerative"),
     ("agglomerative + 1 round", "--method agglomerative --reinsert 1"),
     ("agglomerative + 2 rounds", "--method agglomerative --reinsert 2"),

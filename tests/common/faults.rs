@@ -2,6 +2,7 @@
 use bvhc::cache::{Image, TriangleRecord};
 use bvhc::geom::Aabb;
 use bvhc::tree::Node;
+use std::collections::HashMap;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
@@ -115,29 +116,42 @@ fn area(t: &TriangleRecord) -> f64 {
     n.iter().map(|v| v * v).sum()
 }
 
-/// From the largest leaf of the first tree that has a duplicated triangle and another one.
+/// From the leaf of the first tree that alone holds the largest part of a duplicated triangle, and another one.
 fn dropped_reference(image: &mut Image) -> Option<Planted> {
     let tree = image.blases.first()?;
     let (nodes, slots) =
         (tree.node_offset as usize..tree.node_offset as usize + tree.node_count as usize, tree.ref_offset);
-    let duplicated = |slot: usize| image.triangles[slot].flags & TriangleRecord::DUPLICATED != 0;
     let slots_of = |n: &Node| (slots as usize + n.first as usize)..(slots as usize + (n.first + n.count) as usize);
-    let shares = |n: usize| {
-        let leaf = &image.nodes[n];
-        let spread = |slot: usize| overlap(&image.triangles[slot], &leaf.bounds());
-        let best = slots_of(leaf).filter(|&s| duplicated(s)).max_by(|&a, &b| spread(a).total_cmp(&spread(b)))?;
-        Some((n, best, spread(best)))
+    let leaves = || nodes.clone().filter(|&n| image.nodes[n].count > 0);
+    let mut held = HashMap::<u32, Vec<usize>>::new();
+    for leaf in leaves() {
+        slots_of(&image.nodes[leaf]).for_each(|slot| held.entry(image.triangles[slot].prim).or_default().push(leaf));
+    }
+    let alone = |leaf: usize, slot: usize| {
+        let triangle = &image.triangles[slot];
+        let others: Vec<Aabb> =
+            held[&triangle.prim].iter().filter(|&&n| n != leaf).map(|&n| image.nodes[n].bounds()).collect();
+        let lost = |p: &[f32; 3]| {
+            let point = Aabb { min: *p, max: *p };
+            image.nodes[leaf].bounds().contains(&point) && !others.iter().any(|b| b.contains(&point))
+        };
+        area(triangle) * points(triangle).filter(lost).count() as f64
     };
-    let candidates = nodes.filter(|&n| image.nodes[n].count > 1).filter_map(shares);
-    let (leaf, slot, _) = candidates.max_by(|a, b| a.2.total_cmp(&b.2))?;
+    let shared = leaves().filter(|&leaf| image.nodes[leaf].count > 1);
+    let candidates = shared.flat_map(|leaf| slots_of(&image.nodes[leaf]).map(move |slot| (leaf, slot)));
+    let duplicated = candidates.filter(|(_, slot)| image.triangles[*slot].flags & TriangleRecord::DUPLICATED != 0);
+    let weighed = duplicated.map(|(leaf, slot)| (leaf, slot, alone(leaf, slot)));
+    let (leaf, slot, _) = weighed.filter(|w| w.2 > 0.0).max_by(|a, b| a.2.total_cmp(&b.2))?;
     let last = slots as usize + (image.nodes[leaf].first + image.nodes[leaf].count) as usize - 1;
     image.triangles.swap(slot, last);
     image.nodes[leaf].count -= 1;
     Some(Planted { section: "NODE", records: vec![leaf as u64] })
 }
 
-/// Half of the surface of the box that a leaf has in common with a triangle's.
-fn overlap(triangle: &TriangleRecord, leaf: &Aabb) -> f32 {
-    let common = Aabb::from_points(&triangle.corners()).intersection(*leaf);
-    if common.is_empty() { 0.0 } else { common.half_area() }
+/// Points all over a triangle.
+fn points(triangle: &TriangleRecord) -> impl Iterator<Item = [f32; 3]> {
+    const STEPS: u8 = 16;
+    let [a, b, c] = triangle.corners();
+    let shares = (0..=STEPS).flat_map(|i| (0..=STEPS - i).map(move |j| [i, j, STEPS - i - j].map(f32::from)));
+    shares.map(move |[i, j, k]| [0, 1, 2].map(|x| (a[x] * i + b[x] * j + c[x] * k) / f32::from(STEPS)))
 }

@@ -31,10 +31,19 @@ fn along(a: i128, b: i128, t: i128) -> i128 {
     (a << STEPS) + (b - a) * t
 }
 
-/// Bounds have finer bits than coordinates, down to the last bit of the points.
+/// The points' units next below and above a bound or plane, which has finer bits than coordinates and may have finer ones than points.
+fn units(value: f32) -> (i128, i128) {
+    let away = fixed(value, UNIT + STEPS as i32);
+    let is_exact = away as f64 == f64::from(value) * 2f64.powi(UNIT + STEPS as i32);
+    match value < 0.0 {
+        _ if is_exact => (away, away),
+        true => (away, away + 1),
+        false => (away - 1, away),
+    }
+}
+
 fn is_in(p: [i128; 3], b: &Aabb) -> bool {
-    let fine = |v: f32| fixed(v, UNIT + STEPS as i32);
-    (0..3).all(|k| b.min[k] <= b.max[k] && fine(b.min[k]) <= p[k] && p[k] <= fine(b.max[k]))
+    (0..3).all(|k| b.min[k] <= b.max[k] && units(b.min[k]).1 <= p[k] && p[k] <= units(b.max[k]).0)
 }
 
 /// Points on the edges next to a plane, from both sides, and points all over the triangle.
@@ -103,12 +112,12 @@ fn check_cuts(triangle: &[Point; 3], within: &Aabb, axis: usize, count: usize) -
         for (part, whole) in [(&below, &box_below), (&above, &box_above)] {
             prop_assert!(part.is_empty() || (whole.contains(part) && reference.contains(part)));
         }
-        let at = exact(plane) << STEPS;
+        let (floor, ceiling) = units(plane);
         for p in &points {
-            prop_assert!(p[axis] > at || is_in(*p, &below), "{p:?} below {plane} is not in {below:?}");
-            prop_assert!(p[axis] < at || is_in(*p, &above), "{p:?} above {plane} is not in {above:?}");
-            prop_assert!(p[axis] > at || is_in(*p, &box_below));
-            prop_assert!(p[axis] < at || is_in(*p, &box_above));
+            prop_assert!(p[axis] > floor || is_in(*p, &below), "{p:?} below {plane} is not in {below:?}");
+            prop_assert!(p[axis] < ceiling || is_in(*p, &above), "{p:?} above {plane} is not in {above:?}");
+            prop_assert!(p[axis] > floor || is_in(*p, &box_below));
+            prop_assert!(p[axis] < ceiling || is_in(*p, &box_above));
         }
     }
     Ok(())
@@ -177,6 +186,15 @@ proptest! {
             reference = part;
         }
     }
+}
+
+/// A plane between two units of coordinates: what stands between the unit and the plane is on neither side that the unit suggests.
+#[test]
+fn a_plane_finer_than_coordinates_is_compared_as_it_is() {
+    let t = [[-2.8777347, 0.0, 0.0], [3.0, -1.1450346e-8, -9.0133295], [-2.5286756, -6.799974e-10, -0.5352715]];
+    let t = t.map(|p: Point| p.map(representable));
+    let within = Aabb { min: [0.0, -1.0, representable(-6.541136)], max: [1.0, 0.0, 0.0] };
+    check_cuts(&t, &within, 1, 2).unwrap();
 }
 
 #[test]
