@@ -2,6 +2,11 @@
 //!
 //! `portable` says what each operation means; `sse2` is its twin with the same bits, which a test below proves on every
 //! pair of special values. Nothing multiplies and adds in one rounding, so all machines agree.
+//!
+//! There is no wider door, because it does not pay. A box fills two registers of four, and what is done next with it depends on the
+//! result. The whole builder compiled for AVX2 (`RUSTFLAGS="-C target-cpu=x86-64-v3" cargo run --release --example build_stats`) gives the
+//! same trees; over San Francisco `binned` takes 0.96 of the time, `agglomerative` 0.95, `sweep` and `bonsai` 0.99, but
+//! `sbvh` up to twice as long: the likely cause is that boxes are written by halves and then read whole, which a processor cannot forward.
 
 #[cfg(any(test, not(target_arch = "x86_64")))]
 mod portable;
