@@ -15,6 +15,9 @@ const LEFT: usize = GROUP / 4;
 const WIDER: usize = 4;
 const WIDE: usize = 14;
 
+/// References whose numbers, with those of the places for merges on all levels, fit 32 bits.
+pub(super) const MOST_REFS: u64 = 3 << 29;
+
 /// Merge the references, which stand in the order in which they are neighbours, until one cluster is left.
 ///
 /// A group's clusters stay close to a processor for several rounds. Neighbours on both sides of a border meet on the next level, whose borders are
@@ -161,5 +164,15 @@ mod tests {
             }
             assert_eq!(places, places_above(refs));
         }
+    }
+
+    #[test]
+    fn the_most_references_and_their_merges_have_numbers_and_more_are_refused() {
+        let most = MOST_REFS as usize;
+        assert!(u32::try_from(2 * most + places_above(most)).is_ok());
+        assert!(u32::try_from(2 * (most + most / 4) + places_above(most + most / 4)).is_err(), "the limit is near");
+        let check = crate::build::agglomerative::check_numbers;
+        assert!(check(MOST_REFS).is_ok());
+        assert!(matches!(check(MOST_REFS + 1), Err(BuildError::TooLarge { limit: MOST_REFS, .. })));
     }
 }

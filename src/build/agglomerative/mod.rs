@@ -42,6 +42,7 @@ pub(super) fn build(
     share: u64,
 ) -> Result<Tree, BuildError> {
     check_slots(input.refs.len())?;
+    check_numbers(input.refs.len() as u64)?;
     if input.refs.is_empty() {
         return Ok(Tree::default());
     }
@@ -61,4 +62,17 @@ pub(super) fn build(
         return Ok(deep::emit(&forest, options, exec));
     }
     Ok(emit::emit(&forest, exec))
+}
+
+/// Refuse more references than there are numbers for, which references and merges share.
+fn check_numbers(references: u64) -> Result<(), BuildError> {
+    if references <= levels::MOST_REFS {
+        return Ok(());
+    }
+    Err(BuildError::TooLarge {
+        what: "one agglomerative tree (references)",
+        needed: references,
+        limit: levels::MOST_REFS,
+        help: "Build it with --method bonsai.",
+    })
 }
