@@ -78,7 +78,7 @@ impl PrimRefs {
     }
 
     fn generate(count: usize, slack: usize, exec: &Executor, make: impl Fn(usize) -> PrimRef + Sync) -> PrimRefs {
-        // Zeroed by the system when touched first, which many threads then do.
+        // Cleared by one thread, since allocators hand out memory of this alignment uncleared; that costs little beside what follows.
         let mut refs: Vec<PrimRef> = bytemuck::zeroed_vec(count + slack);
         let boxes = exec.map_chunks_mut(&mut refs[..count], CHUNK, |chunk_index, chunk| {
             for (i, slot) in chunk.iter_mut().enumerate() {

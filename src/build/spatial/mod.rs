@@ -25,7 +25,8 @@ use crate::build::top_down::strategy::{Child, Decision, NodeTask, Strategy};
 use crate::geom::Aabb;
 use crate::scene::Mesh;
 
-/// From so many references on, bins are filled in chunks of [`CHUNK`]: constants, so that nothing depends on the number of threads.
+/// From so many references on, they are binned, copied and summed in chunks of [`CHUNK`]: constants, so that nothing depends on the number of
+/// threads.
 const CHUNKED: usize = 1 << 14;
 const CHUNK: usize = 1 << 12;
 

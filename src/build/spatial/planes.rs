@@ -5,16 +5,13 @@
 //! promise to win even for them is not looked for. Where one does, only its axis is filled with all references.
 
 use super::bins::{Grids, SpatialBins, SpatialPlane};
+use super::{CHUNK, CHUNKED};
 use crate::build::binned::area_scale;
 use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRef;
 use crate::build::recipe::options::Clip;
 use crate::build::top_down::strategy::NodeTask;
 use crate::scene::Mesh;
-
-/// From so many references on, bins are filled in chunks of [`CHUNK`]: constants, so that nothing depends on the number of threads.
-const CHUNKED: usize = 1 << 14;
-const CHUNK: usize = 1 << 12;
 
 /// From so many references on, a sample is asked first.
 const SAMPLED: usize = 1 << 11;
