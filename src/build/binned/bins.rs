@@ -65,6 +65,10 @@ impl AxisMap {
     }
 }
 
+/// From so many references a bin on, two or four sets of bins are filled in turn; below, that costs more than it saves.
+const TWO_SETS: usize = 8;
+const FOUR_SETS: usize = 32;
+
 /// Bins of the three axes, at most `CAP` an axis. The order in which references are put in, or bins merged, makes no
 /// difference.
 #[derive(Clone)]
@@ -83,32 +87,52 @@ pub(super) struct Plane {
 }
 
 impl<const CAP: usize> Bins<CAP> {
-    pub fn empty() -> Self {
-        Bins { boxes: [[LaneBox::EMPTY; 3]; CAP], counts: [[0; 4]; CAP] }
-    }
+    pub const EMPTY: Self = Bins { boxes: [[LaneBox::EMPTY; 3]; CAP], counts: [[0; 4]; CAP] };
 
+    /// Neighbours often fall into one bin, and the box of the one must be written and read again before the other can join it.
+    /// So many references are put into several sets of bins in turn.
     pub fn fill(&mut self, map: &BinMap, refs: &[PrimRef]) {
-        for r in refs {
-            let bounds = r.lanes();
-            let bins = map.bins_of(bounds.min.plus(bounds.max));
-            for (axis, bin) in bins.into_iter().take(3).enumerate() {
-                let bin = bin as usize % CAP;
-                let at = &mut self.boxes[bin][axis];
-                *at = at.union(bounds);
-                self.counts[bin][axis] += 1;
-            }
+        match refs.len() / CAP {
+            ..TWO_SETS => refs.iter().for_each(|r| self.put(map, r)),
+            ..FOUR_SETS => self.fill_in_turn::<1>(map, refs),
+            _ => self.fill_in_turn::<3>(map, refs),
         }
     }
 
-    #[must_use]
-    pub fn merge(mut self, other: &Self) -> Self {
+    /// [`Bins::fill`] with so many sets beside this one.
+    #[inline(never)]
+    fn fill_in_turn<const MORE: usize>(&mut self, map: &BinMap, refs: &[PrimRef]) {
+        let mut others = [const { Self::EMPTY }; MORE];
+        let groups = refs.chunks_exact(1 + MORE);
+        groups.remainder().iter().for_each(|r| self.put(map, r));
+        for group in groups {
+            self.put(map, &group[MORE]);
+            for (set, r) in others.iter_mut().zip(group) {
+                set.put(map, r);
+            }
+        }
+        others.iter().for_each(|set| self.merge(set));
+    }
+
+    #[inline(always)]
+    fn put(&mut self, map: &BinMap, r: &PrimRef) {
+        let bounds = r.lanes();
+        let bins = map.bins_of(bounds.min.plus(bounds.max));
+        for (axis, bin) in bins.into_iter().take(3).enumerate() {
+            let bin = bin as usize % CAP;
+            let at = &mut self.boxes[bin][axis];
+            *at = at.union(bounds);
+            self.counts[bin][axis] += 1;
+        }
+    }
+
+    pub fn merge(&mut self, other: &Self) {
         for (bin, boxes) in other.boxes.iter().enumerate() {
             for (axis, b) in boxes.iter().enumerate() {
                 self.boxes[bin][axis] = self.boxes[bin][axis].union(*b);
                 self.counts[bin][axis] += other.counts[bin][axis];
             }
         }
-        self
     }
 
     /// The plane of least weight over the given axes and `bins` bins; of equal ones the first. Edges are multiplied by
@@ -181,5 +205,27 @@ impl Sides {
     fn weights(&self, scale: Lanes) -> Lanes {
         let [x, y, z] = self.boxes;
         Sah::side_weights(LaneBox::scaled_half_areas([x, y, z, z], scale), Lanes::of_counts(self.counts))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::top_down::partition::bounds_of;
+
+    #[test]
+    fn sets_filled_in_turn_hold_what_one_holds() {
+        for count in [1, 8 * TWO_SETS - 1, 8 * TWO_SETS, 8 * TWO_SETS + 1, 8 * FOUR_SETS, 8 * FOUR_SETS + 3] {
+            let at = |i: usize| [i * 7919 % 101, i * 104_729 % 37, i % 5].map(|v| v as f32);
+            let boxes = (0..count).map(|i| Aabb { min: at(i), max: at(i).map(|v| v + 0.5 + (i % 3) as f32) });
+            let refs: Vec<PrimRef> = boxes.zip(0..).map(|(b, prim)| PrimRef::new(&b, prim)).collect();
+            let map = BinMap::new(&bounds_of(&refs).1, 8);
+            let (mut in_turn, mut one_by_one) = (Bins::<8>::EMPTY, Bins::<8>::EMPTY);
+            in_turn.fill(&map, &refs);
+            refs.iter().for_each(|r| one_by_one.put(&map, r));
+            assert_eq!(in_turn.counts, one_by_one.counts, "{count}");
+            let corners = |bins: &Bins<8>| bins.boxes.map(|bin| bin.map(LaneBox::aabb));
+            assert_eq!(corners(&in_turn), corners(&one_by_one), "{count}");
+        }
     }
 }

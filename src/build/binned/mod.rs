@@ -95,16 +95,16 @@ impl Binned {
         exec: &Executor,
     ) -> Option<ObjectSplit> {
         let map = BinMap::new(&node.centroids, bins);
-        let mut filled = Bins::<CAP>::empty();
+        let mut filled = Bins::<CAP>::EMPTY;
         if refs.len() < CHUNKED {
             filled.fill(&map, refs);
         } else {
             let parts = exec.map_chunks(refs, CHUNK, |_, chunk| {
-                let mut part = Box::new(Bins::<CAP>::empty());
+                let mut part = Box::new(Bins::<CAP>::EMPTY);
                 part.fill(&map, chunk);
                 part
             });
-            filled = parts.iter().fold(filled, |all, part| all.merge(part));
+            parts.iter().for_each(|part| filled.merge(part));
         }
         let plane = filled.best_plane(&map, self.axes_of(node), bins, area_scale(&node.bounds))?;
         let how = How::Plane(map.on_axis(plane.axis), plane.bin);

@@ -65,6 +65,9 @@ impl Grids {
     }
 }
 
+/// From so many references a slab on, two sets of slabs are filled in turn; below, that costs more than it saves.
+const TWO_SETS: usize = 8;
+
 /// Slabs of the three axes, at most `CAP` an axis. The order in which references are put in, or bins merged, makes no difference.
 #[derive(Clone)]
 pub(super) struct SpatialBins<const CAP: usize> {
@@ -87,31 +90,43 @@ pub(super) struct SpatialPlane {
 }
 
 impl<const CAP: usize> SpatialBins<CAP> {
-    pub fn empty() -> Self {
-        SpatialBins { boxes: [[LaneBox::EMPTY; 3]; CAP], enter: [[0; 3]; CAP], leave: [[0; 3]; CAP] }
-    }
+    pub const EMPTY: Self =
+        SpatialBins { boxes: [[LaneBox::EMPTY; 3]; CAP], enter: [[0; 3]; CAP], leave: [[0; 3]; CAP] };
 
     pub fn fill<'r>(
         &mut self,
         grids: &Grids,
         axes: [bool; 3],
-        refs: impl Iterator<Item = &'r PrimRef>,
+        refs: impl ExactSizeIterator<Item = &'r PrimRef>,
         mesh: &Mesh,
         clip: Clip,
     ) {
-        for r in refs {
-            let bounds = r.lanes();
-            let (first, last) = grids.span(&bounds);
-            let mut chopper = None;
-            if axes[0] {
-                self.fill_axis::<0>(grids, r, bounds, first[0], last[0], mesh, clip, &mut chopper);
-            }
-            if axes[1] {
-                self.fill_axis::<1>(grids, r, bounds, first[1], last[1], mesh, clip, &mut chopper);
-            }
-            if axes[2] {
-                self.fill_axis::<2>(grids, r, bounds, first[2], last[2], mesh, clip, &mut chopper);
-            }
+        // As object bins do, and for the same reason, many references fill two sets in turn.
+        if refs.len() < TWO_SETS * CAP {
+            refs.for_each(|r| self.put(grids, axes, r, mesh, clip));
+            return;
+        }
+        let mut other = Self::EMPTY;
+        for (i, r) in refs.enumerate() {
+            let set = if i % 2 == 0 { &mut *self } else { &mut other };
+            set.put(grids, axes, r, mesh, clip);
+        }
+        self.merge(&other);
+    }
+
+    #[inline(always)]
+    fn put(&mut self, grids: &Grids, axes: [bool; 3], r: &PrimRef, mesh: &Mesh, clip: Clip) {
+        let bounds = r.lanes();
+        let (first, last) = grids.span(&bounds);
+        let mut chopper = None;
+        if axes[0] {
+            self.fill_axis::<0>(grids, r, bounds, first[0], last[0], mesh, clip, &mut chopper);
+        }
+        if axes[1] {
+            self.fill_axis::<1>(grids, r, bounds, first[1], last[1], mesh, clip, &mut chopper);
+        }
+        if axes[2] {
+            self.fill_axis::<2>(grids, r, bounds, first[2], last[2], mesh, clip, &mut chopper);
         }
     }
 
@@ -161,8 +176,7 @@ impl<const CAP: usize> SpatialBins<CAP> {
         }
     }
 
-    #[must_use]
-    pub fn merge(mut self, other: &Self) -> Self {
+    pub fn merge(&mut self, other: &Self) {
         for slab in 0..CAP {
             for axis in 0..3 {
                 self.boxes[slab][axis] = self.boxes[slab][axis].union(other.boxes[slab][axis]);
@@ -170,7 +184,6 @@ impl<const CAP: usize> SpatialBins<CAP> {
                 self.leave[slab][axis] += other.leave[slab][axis];
             }
         }
-        self
     }
 
     /// The plane across `axis` of least weight that makes at most `slack` duplicates of `live` references; of equal ones the first. `None`
@@ -209,5 +222,30 @@ impl<const CAP: usize> SpatialBins<CAP> {
             }
         }
         best
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::exec::Executor;
+    use crate::build::prim_ref::PrimRefs;
+
+    #[test]
+    fn sets_filled_in_turn_hold_what_one_holds() {
+        for count in [8 * TWO_SETS - 1, 8 * TWO_SETS, 8 * TWO_SETS + 3] {
+            let corner = |i: usize| [i * 7919 % 101, i * 104_729 % 37, i % 5].map(|v| v as f32);
+            let positions: Vec<_> = (0..3 * count).map(corner).collect();
+            let triangles: Vec<_> = (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            let mesh = Mesh { positions, triangles, ..Mesh::default() };
+            let refs = PrimRefs::of_mesh(&mesh, 0, &Executor::sequential());
+            let grids = Grids::new(&refs.bounds, 8);
+            let (mut in_turn, mut one_by_one) = (SpatialBins::<8>::EMPTY, SpatialBins::<8>::EMPTY);
+            in_turn.fill(&grids, [true; 3], refs.refs.iter(), &mesh, Clip::Exact);
+            refs.refs.iter().for_each(|r| one_by_one.put(&grids, [true; 3], r, &mesh, Clip::Exact));
+            let corners = |bins: &SpatialBins<8>| bins.boxes.map(|slab| slab.map(LaneBox::aabb));
+            assert_eq!(corners(&in_turn), corners(&one_by_one), "{count}");
+            assert_eq!((in_turn.enter, in_turn.leave), (one_by_one.enter, one_by_one.leave), "{count}");
+        }
     }
 }

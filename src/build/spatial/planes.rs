@@ -61,16 +61,16 @@ impl PlaneSearch<'_> {
         let grids = Grids::new(&node.bounds, bins);
         let scale = area_scale(&node.bounds);
         let axes = if refs.len() < SAMPLED { grids.cuts() } else { self.promising::<CAP>(&grids, refs, limit, scale)? };
-        let mut filled = SpatialBins::<CAP>::empty();
+        let mut filled = SpatialBins::<CAP>::EMPTY;
         if refs.len() < CHUNKED {
             filled.fill(&grids, axes, refs.iter(), self.mesh, self.clip);
         } else {
             let parts = exec.map_chunks(refs, CHUNK, |_, chunk| {
-                let mut part = Box::new(SpatialBins::<CAP>::empty());
+                let mut part = Box::new(SpatialBins::<CAP>::EMPTY);
                 part.fill(&grids, axes, chunk.iter(), self.mesh, self.clip);
                 part
             });
-            filled = parts.iter().fold(filled, |all, part| all.merge(part));
+            parts.iter().for_each(|part| filled.merge(part));
         }
         let planes = (0..3).filter(|&axis| axes[axis]);
         let planes = planes.filter_map(|axis| filled.best_plane(&grids, axis, refs.len(), slack, scale));
@@ -86,7 +86,7 @@ impl PlaneSearch<'_> {
         scale: f32,
     ) -> Option<[bool; 3]> {
         let stride = refs.len() / SAMPLE;
-        let mut filled = SpatialBins::<CAP>::empty();
+        let mut filled = SpatialBins::<CAP>::EMPTY;
         let sample = refs.iter().step_by(stride);
         let share = refs.len() as f32 / sample.len() as f32;
         let cuts = grids.cuts();
@@ -132,7 +132,7 @@ mod tests {
                 let plane = search.best(&node, &refs.refs, count as usize, f32::INFINITY, &exec).unwrap();
 
                 let grids = Grids::new(&node.bounds, 16);
-                let mut all = SpatialBins::<16>::empty();
+                let mut all = SpatialBins::<16>::EMPTY;
                 all.fill(&grids, [true; 3], refs.refs.iter(), &mesh, Clip::Exact);
                 let scale = area_scale(&node.bounds);
                 let expected = (0..3).filter_map(|a| all.best_plane(&grids, a, refs.refs.len(), count as usize, scale));
