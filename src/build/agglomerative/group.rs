@@ -69,6 +69,7 @@ impl Group {
         })
     }
 
+    #[inline(always)]
     pub fn load(&mut self, inputs: Inputs, rules: &Rules) {
         (self.left, self.numbered) = (inputs.len(), inputs.len());
         match inputs {
@@ -90,6 +91,7 @@ impl Group {
     }
 
     /// Merge until at most `goal` clusters are left. What becomes one goes to `merges` in order, and `number` is that of the first.
+    #[inline(always)]
     pub fn merge(&mut self, goal: usize, rules: &Rules, merges: &mut [Merge], number: u32) {
         let mut made = 0;
         while self.left > goal {
@@ -112,6 +114,7 @@ impl Group {
     }
 
     /// Write what is left, in order; returns how many clusters.
+    #[inline(always)]
     pub fn clusters(&self, to: &mut [Cluster]) -> usize {
         for (i, place) in to.iter_mut().enumerate().take(self.left) {
             let own = self.own[i] as usize;
@@ -121,6 +124,7 @@ impl Group {
     }
 
     /// List the first clusters of pairs, and all but the second ones; returns how many pairs there are.
+    #[inline(always)]
     fn list_pairs(&mut self) -> usize {
         let (mut pairs, mut kept) = (0, 0);
         for i in 0..self.left {
@@ -182,6 +186,7 @@ impl Group {
     }
 }
 
+#[inline(always)]
 fn area(bounds: &Aabb, scale: f32) -> f32 {
     let [x, y, z] = [0, 1, 2].map(|a| (bounds.max[a] - bounds.min[a]) * scale);
     x * y + y * z + z * x

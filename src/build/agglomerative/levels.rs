@@ -4,6 +4,7 @@ use super::forest::{Cluster, Forest, Merge, Rules};
 use super::group::{GROUP, Group, Inputs};
 use crate::build::error::BuildError;
 use crate::build::exec::Executor;
+use crate::build::lanes::widest;
 use crate::build::prim_ref::PrimRef;
 use crate::build::progress::Progress;
 
@@ -94,9 +95,14 @@ impl Level<'_> {
             let done = |at: usize| (u128::from(share) * at as u128 / count as u128) as u64;
             progress.advance(done(range.end) - done(range.start));
             let number = (self.number + range.start) as u32;
-            group.load(self.inputs.slice(range), self.rules);
-            group.merge(found.len(), self.rules, merges, number);
-            group.clusters(found)
+            widest(
+                #[inline(always)]
+                || {
+                    group.load(self.inputs.slice(range), self.rules);
+                    group.merge(found.len(), self.rules, merges, number);
+                    group.clusters(found)
+                },
+            )
         });
 
         // Close the gaps that groups leave which became fewer clusters than they might.

@@ -47,6 +47,7 @@ impl Window {
     }
 
     /// Move these clusters to the front. They are in ascending order.
+    #[inline(always)]
     pub fn keep(&mut self, kept: &[u32]) {
         for column in &mut self.planes {
             keep(column, kept);
@@ -56,6 +57,7 @@ impl Window {
     /// The index of the best match of each of the first `count` clusters, and its own where none has an area that is a number.
     ///
     /// Edges are scaled first: no area over- or underflows.
+    #[inline(always)]
     pub fn best_matches(&mut self, count: usize, rules: &Rules, partners: &mut [u32; SIZE]) {
         self.of_first[..count].fill(f32::INFINITY);
         self.of_second[..count].fill(f32::INFINITY);
@@ -71,7 +73,7 @@ impl Window {
     }
 
     /// Measure each of the first `pairs` clusters with the one at this distance behind it.
-    #[inline(never)]
+    #[inline(always)]
     fn measure(&mut self, pairs: usize, distance: usize, scale: f32) {
         let [x0, y0, z0, x1, y1, z1] = self.planes.each_ref().map(|c| &c[..pairs]);
         let [u0, v0, w0, u1, v1, w1] = self.planes.each_ref().map(|c| &c[distance..distance + pairs]);

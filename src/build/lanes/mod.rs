@@ -3,11 +3,16 @@
 //! `portable` says what each operation means; `sse2` is its twin with the same bits, which a test below proves on every
 //! pair of special values. Nothing multiplies and adds in one rounding, so all machines agree.
 //!
-//! There is no wider door, because it does not pay. A box fills two registers of four, and what is done next with it depends on the
-//! result. The whole builder compiled for AVX2 (`RUSTFLAGS="-C target-cpu=x86-64-v3" cargo run --release --example build_stats`) gives the
-//! same trees; over San Francisco `binned` takes 0.96 of the time, `agglomerative` 0.95, `sweep` and `bonsai` 0.99, but
-//! `sbvh` up to twice as long: the likely cause is that boxes are written by halves and then read whole, which a processor cannot forward.
+//! [`widest`] is a wider door, for work that it pays for: `agglomerative`, whose search is plain loops over columns. The other builders
+//! handle boxes, which fill two registers of four, and what is done next with one depends on the result. With their loops behind
+//! that door too, one at a time, `sweep` and `sbvh` took as long as before, `bonsai` 0.98 to 1.00 of the time and `binned` 1.01 to 1.05 of it.
+//! Bins with boxes of one register each, minima negated, so that a union is one instruction, were hardly filled quicker: there it is
+//! time that passes until a box is there again, not instructions, that counts (see `Bins::fill`). The whole builder compiled for AVX2
+//! (`RUSTFLAGS="-C target-cpu=x86-64-v3" cargo run --release --example build_stats`) took up to twice as long for `sbvh`: the likely cause is
+//! that boxes are written by halves and then read whole, which a processor cannot forward.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
 #[cfg(any(test, not(target_arch = "x86_64")))]
 mod portable;
 #[cfg(target_arch = "x86_64")]
@@ -17,6 +22,32 @@ mod sse2;
 use portable as ops;
 #[cfg(target_arch = "x86_64")]
 use sse2 as ops;
+
+/// Run `work` with the widest vectors that the processor has; the result has the same bits with any. Plain loops over columns gain by it.
+/// What `work` calls must be `#[inline(always)]`, and so must `work` itself, or it stays as narrow as it is.
+#[inline(always)]
+pub(super) fn widest<R>(work: impl FnOnce() -> R) -> R {
+    #[cfg(target_arch = "x86_64")]
+    if avx2::is_open() {
+        // SAFETY: the only precondition is AVX2, and the processor was just asked for it.
+        return unsafe { avx2::run(work) };
+    }
+    work()
+}
+
+#[cfg(test)]
+thread_local! {
+    static CLOSED: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
+}
+
+/// Run `work`, and what it does on this thread, without the wide door.
+#[cfg(test)]
+pub(super) fn narrow<R>(work: impl FnOnce() -> R) -> R {
+    CLOSED.set(true);
+    let result = work();
+    CLOSED.set(false);
+    result
+}
 
 /// Four floats in one vector register: three axes, and a fourth lane that nobody looks at.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -142,7 +173,12 @@ impl super::prim_ref::PrimRef {
 
 #[cfg(test)]
 mod tests {
-    use super::{LaneBox, Lanes, ops, portable};
+    use super::{LaneBox, Lanes, narrow, ops, portable};
+    use crate::build::build_tree;
+    use crate::build::exec::Executor;
+    use crate::build::progress::NoProgress;
+    use crate::build::recipe::options::{BuildOptions, Method, Preset};
+    use crate::build::sweep::tests::samples;
     use crate::geom::Aabb;
 
     fn bits(v: [f32; 4]) -> [u32; 4] {
@@ -189,6 +225,24 @@ mod tests {
         }
         for counts in [[0, 1, 2, 3], [i32::MAX, (1 << 24) + 1, 12_345_678, 7]] {
             assert_eq!(bits(ops::from_counts(counts)), bits(portable::from_counts(counts)));
+        }
+    }
+
+    #[test]
+    fn the_wide_door_changes_no_tree() {
+        let exec = Executor::sequential();
+        for (name, mesh) in samples() {
+            for method in [Method::Binned, Method::Agglomerative, Method::Sbvh, Method::Bonsai, Method::Sweep] {
+                for radius in [1, 14, 31] {
+                    let options = BuildOptions { method, radius, ..BuildOptions::preset(Preset::Draft) };
+                    let build = || build_tree(&mesh, &options, &exec, &NoProgress).unwrap();
+                    let (wide, narrow) = (build(), narrow(build));
+                    assert!(wide == narrow, "{name} by {method:?} with radius {radius}");
+                    if method != Method::Agglomerative {
+                        break;
+                    }
+                }
+            }
         }
     }
 

@@ -10,7 +10,7 @@ mod orders;
 mod planes;
 mod sort;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 pub(super) use self::orders::{BYTES_PER_REF, Buffers, Orders};
 

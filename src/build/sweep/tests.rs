@@ -118,7 +118,7 @@ fn large_trees_are_those_of_sorting_every_node() {
 }
 
 /// The samples' meshes, each with its file's name.
-fn samples() -> Vec<(String, Mesh)> {
+pub(in crate::build) fn samples() -> Vec<(String, Mesh)> {
     let mut meshes = Vec::new();
     for entry in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/samples")).unwrap() {
         let path = entry.unwrap().path();
