@@ -55,7 +55,13 @@ fn build(mesh: &Mesh, options: &BuildOptions, jobs: usize) -> Tree {
 /// Every method, without passes.
 fn bases() -> Vec<BuildOptions> {
     [Method::Binned, Method::Sbvh]
-        .map(|method| BuildOptions { method, reinsert: 0, collapse: false, ..BuildOptions::preset(Preset::Best) })
+        .map(|method| BuildOptions {
+            method,
+            reinsert: 0,
+            adapt: 0,
+            collapse: false,
+            ..BuildOptions::preset(Preset::Best)
+        })
         .to_vec()
 }
 
@@ -134,7 +140,12 @@ fn assert_good(name: &str, mesh: &Mesh) {
             assert!(cut_and_moved.nodes.is_empty());
             continue;
         }
+        let adapted = build(mesh, &BuildOptions { adapt: 300, ..base.clone() }, 1);
+        let all_three = BuildOptions { adapt: 300, ..both.clone() };
+        let after_all = build(mesh, &all_three, 1);
         assert_same_leaves(&before, &moved);
+        assert_same_leaves(&before, &adapted);
+        assert_nothing_lost(&before, &after_all, base.max_leaf);
         for tree in [&moved, &cut, &cut_and_moved] {
             assert_nothing_lost(&before, tree, base.max_leaf);
             let [was, is] = [&before, tree].map(|t| sah(&t.nodes));
@@ -147,6 +158,8 @@ fn assert_good(name: &str, mesh: &Mesh) {
                 bytes(&other) == bytes(&cut_and_moved) && other.refs == cut_and_moved.refs,
                 "{name}: {jobs} threads"
             );
+            let other = build(mesh, &all_three, jobs);
+            assert!(bytes(&other) == bytes(&after_all) && other.refs == after_all.refs, "{name}: {jobs} threads");
         }
         assert!(spent < Duration::from_secs(20), "{name}, {}: {spent:?}", base.method);
     }

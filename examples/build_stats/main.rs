@@ -178,6 +178,7 @@ fn set(options: &mut BuildOptions, assignment: &str) {
         "radius" => options.radius = number() as u32,
         "presplit" => options.presplit = number(),
         "unsplit" => options.unsplit = value == "true",
+        "adapt" => options.adapt = number() as u32,
         "reinsert" => options.reinsert = number() as u32,
         "collapse" => options.collapse = value == "true",
         _ => panic!("no option {name}"),

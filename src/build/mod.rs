@@ -33,7 +33,7 @@ pub use exec::Executor;
 pub use prim_ref::{PrimRef, PrimRefs};
 pub use progress::{NoProgress, Progress};
 pub use recipe::names::Named;
-pub use recipe::options::{Axes, BuildOptions, Clip, Levels, Method, Preset};
+pub use recipe::options::{Axes, BuildOptions, Clip, Levels, MAX_ADAPT, Method, Preset};
 pub use recipe::registry::{METHODS, MethodInfo, OptionName, PASSES};
 pub use search::{Choice, Trial, notes};
 pub use spatial::{Spatial, budgeted_slots};
@@ -99,7 +99,8 @@ fn compile_tree(
         Method::Bonsai => bonsai::build(references(mesh, options, exec)?, options, exec, progress, count as u64)?,
         Method::Sweep => sweep::build(references(mesh, options, exec)?, options, exec, progress, count as u64)?,
     };
-    passes::run(tree, options, exec, progress)
+    let guide = passes::guide_for(mesh, &tree, options, exec, progress);
+    passes::run(tree, guide.as_ref(), options, exec, progress).map(passes::Outcome::into_tree)
 }
 
 /// The references of a mesh, large triangles cut before where the options say so.

@@ -312,7 +312,7 @@ fn every_tree_option_is_accepted_and_reaches_the_file() {
     place.write("a.obj", strip(50));
     place.ok(
         "build a.obj -o a.bvhc --preset balanced --builder sbvh --axes longest --bins 8 --spatial-bins 9 --max-leaf 3 --sah-trav 2 \
-         --sah-isect 1.5 --clip box --split-alpha 0.25 --split-budget 1.125 --no-unsplit --reinsert 5 --collapse --levels two --allow-outside",
+         --sah-isect 1.5 --clip box --split-alpha 0.25 --split-budget 1.125 --no-unsplit --reinsert 5 --adapt 77 --collapse --levels two --allow-outside",
     );
     let options = place.ok("info a.bvhc --field meta.options").out;
     for (name, value) in [
@@ -327,6 +327,7 @@ fn every_tree_option_is_accepted_and_reaches_the_file() {
         ("split-budget", "1.125"),
         ("unsplit", "false"),
         ("reinsert", "5"),
+        ("adapt", "77"),
         ("collapse", "true"),
         ("levels", "two"),
         ("degenerate", "drop"),

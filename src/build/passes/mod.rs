@@ -1,10 +1,11 @@
 //! Passes: what is done to a finished tree, whichever method made it.
 //!
-//! A pass turns a [`Tree`] into a better one over the same references. It sees boxes and leaves, not triangles, so it works
+//! A pass turns a [`Tree`] into a better one over the same references. It moves boxes and leaves, not triangles, so it works
 //! on trees with split references as on others: a leaf's box, clipped or not, moves as it is, and every box above is the
 //! union of two. Passes work on a `WorkTree`, whose nodes can be moved, and end with the emission of canonical order, which
-//! also makes leaves of subtrees where that is cheaper.
+//! also makes leaves of subtrees where that is cheaper. Reinsertion looks at areas; `adapt`, which comes after it, at rays.
 
+mod adapt;
 mod emit;
 mod links;
 mod reinsert;
@@ -13,6 +14,7 @@ mod search;
 mod tests;
 mod work_tree;
 
+pub use self::adapt::Guide;
 use self::emit::{Collapse, emit};
 use self::work_tree::WorkTree;
 use super::cost::Sah;
@@ -20,40 +22,78 @@ use super::error::BuildError;
 use super::exec::Executor;
 use super::progress::Progress;
 use super::recipe::options::BuildOptions;
+use crate::scene::Mesh;
 use crate::tree::Tree;
+
+/// The rays that the options want a mesh's trees adapted to, if they do; any tree of the mesh helps to find them, and none changes them.
+pub fn guide_for(
+    mesh: &Mesh,
+    tree: &Tree,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Option<Guide> {
+    if options.adapt == 0 {
+        return None;
+    }
+    progress.phase("adapt: rays");
+    Some(Guide::new(mesh, tree, options.adapt, exec))
+}
 
 /// Do the passes that the options ask for.
 ///
-/// The result depends on `tree` and `options` alone, not on the executor. Its SAH, with the options' costs, is not above the tree's, and
-/// its depth is within [`MAX_DEPTH`](crate::tree::MAX_DEPTH) as the tree's must be. References stay in their leaves, but for
+/// `guide` is that of [`guide_for`] the tree's mesh. The result depends on tree, guide and options alone, not on the executor. But for what
+/// rays decide, its SAH, with the options' costs, is not above the tree's. Its depth is within [`MAX_DEPTH`](crate::tree::MAX_DEPTH) as the tree's must be. References stay in their leaves, but for
 /// leaves that are joined, which hold each triangle once.
-pub fn run(tree: Tree, options: &BuildOptions, exec: &Executor, progress: &dyn Progress) -> Result<Tree, BuildError> {
-    let Some(work) = changed(&tree, options, exec, progress)? else { return Ok(tree) };
+pub fn run(
+    tree: Tree,
+    guide: Option<&Guide>,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<Outcome, BuildError> {
+    let Some(work) = changed(&tree, guide, options, exec, progress)? else { return Ok(Outcome::Same(tree)) };
     // Two trees are enough to hold while the third is written.
     let Tree { nodes, refs } = tree;
     drop(nodes);
-    Ok(put_together(&work, &refs, options, exec))
+    Ok(Outcome::Better(put_together(&work, &refs, options, exec)))
+}
+
+/// What the passes made of a tree.
+pub enum Outcome {
+    Same(Tree),
+    Better(Tree),
+}
+
+impl Outcome {
+    pub fn into_tree(self) -> Tree {
+        match self {
+            Outcome::Same(tree) | Outcome::Better(tree) => tree,
+        }
+    }
 }
 
 /// [`run`] beside the tree that it starts from; `None` where it would be that tree.
 pub fn improved(
     tree: &Tree,
+    guide: Option<&Guide>,
     options: &BuildOptions,
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Option<Tree>, BuildError> {
-    let work = changed(tree, options, exec, progress)?;
+    let work = changed(tree, guide, options, exec, progress)?;
     Ok(work.map(|work| put_together(&work, &tree.refs, options, exec)))
 }
 
 /// The tree with its subtrees moved; `None` where nothing is to be written anew.
 fn changed(
     tree: &Tree,
+    guide: Option<&Guide>,
     options: &BuildOptions,
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Option<WorkTree>, BuildError> {
-    if options.reinsert == 0 && !options.collapse {
+    if options.reinsert == 0 && guide.is_none() && !options.collapse {
         return Ok(None);
     }
     progress.phase("reinsert: links");
@@ -63,14 +103,18 @@ fn changed(
 
     // Moves of one round can spoil each other's gain. If so little is left of it that rounding could be all, stay.
     let is_better = work.inner_area < before * (1.0 - 1e-6);
-    if !is_better && !options.collapse {
-        return Ok(None);
-    }
     if !is_better && options.reinsert > 0 {
         work = match WorkTree::new(tree, exec) {
             Some(work) => work,
             None => return Ok(None),
         };
+    }
+    let is_adapted = match guide {
+        Some(guide) => adapt::adapt(&mut work, guide, exec, progress)? > 0,
+        None => false,
+    };
+    if !is_better && !is_adapted && !options.collapse {
+        return Ok(None);
     }
     if progress.is_cancelled() {
         return Err(BuildError::Cancelled);

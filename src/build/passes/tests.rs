@@ -44,7 +44,7 @@ fn tree_of(shape: &Shape) -> Tree {
 }
 
 fn passes(tree: Tree, options: &BuildOptions) -> Tree {
-    run(tree, options, &Executor::sequential(), &super::super::progress::NoProgress).unwrap()
+    run(tree, None, options, &Executor::sequential(), &super::super::progress::NoProgress).unwrap().into_tree()
 }
 
 fn options(reinsert: u32, collapse: bool) -> BuildOptions {

@@ -4,6 +4,7 @@
 //! asks for next, a node's sibling is one bit away, and one parent link serves both. Moving a subtree changes what three
 //! slots hold and nothing else, so slots are neither made nor freed.
 
+use super::adapt::treelet::{Part, Treelet};
 use super::links::Links;
 use crate::build::exec::Executor;
 use crate::build::lanes::LaneBox;
@@ -186,6 +187,59 @@ impl WorkTree {
             self.heights[slot as usize] = height;
             height += 1;
             at = self.parent(slot);
+        }
+    }
+
+    /// Put a treelet together as it says. Its inner nodes' pairs are used anew; `placed` is told what stands in each of their slots now.
+    /// Boxes, areas and the sum of them are right afterwards, heights in the treelet too, but not above it.
+    pub fn put_together(&mut self, treelet: &Treelet, mut placed: impl FnMut(u32, Part)) {
+        let front = treelet.front.iter().map(|&slot| (self.slots[slot as usize], self.heights[slot as usize]));
+        let front: Vec<(Slot, u8)> = front.collect();
+        let mut pairs: Vec<u32> = treelet.inner.iter().map(|&slot| self.slots[slot as usize].link).collect();
+        for &slot in &treelet.inner {
+            self.inner_area -= f64::from(self.slots[slot as usize].area);
+        }
+        self.put_set(treelet, &front, &mut pairs, treelet.inner[0], (1 << front.len()) - 1, &mut placed);
+    }
+
+    fn put_set(
+        &mut self,
+        treelet: &Treelet,
+        front: &[(Slot, u8)],
+        pairs: &mut Vec<u32>,
+        at: u32,
+        set: Part,
+        placed: &mut impl FnMut(u32, Part),
+    ) {
+        placed(at, set);
+        if set.count_ones() == 1 {
+            let (content, height) = front[set.trailing_zeros() as usize];
+            (self.slots[at as usize], self.heights[at as usize]) = (content, height);
+            if !content.is_leaf() {
+                self.parents[content.link as usize] = at;
+            }
+            return;
+        }
+        // As many sets of several as there are inner nodes.
+        let Some(pair) = pairs.pop() else { return };
+        self.parents[pair as usize] = at;
+        self.slots[at as usize].link = pair;
+        for (k, part) in treelet.parts(set).into_iter().enumerate() {
+            self.put_set(treelet, front, pairs, 2 * pair + k as u32, part, placed);
+        }
+        let [first, second] = [0, 1].map(|k| self.slots[2 * pair as usize + k].lanes());
+        let bounds = first.union(second);
+        let area = bounds.scaled_half_area(self.scale);
+        self.slots[at as usize].set_box(bounds, area);
+        self.inner_area += f64::from(area);
+        self.measure([at]);
+    }
+
+    /// Let the heights of these inner nodes follow from those of their children.
+    pub fn measure(&mut self, slots: impl IntoIterator<Item = u32>) {
+        for slot in slots {
+            let [first, second] = self.slots[slot as usize].children().map(|child| self.heights[child as usize]);
+            self.heights[slot as usize] = 1 + first.max(second);
         }
     }
 

@@ -93,10 +93,15 @@ pub struct BuildOptions {
     pub prune: f32,
     /// Most rounds of reinsertion over the finished tree; 0 leaves it as the method built it. A pass, so it goes with every method.
     pub reinsert: u32,
+    /// Rays in each of three sets that the finished tree is adapted to, after reinsertion; 0 adapts it to none. A pass.
+    pub adapt: u32,
     /// Make leaves of subtrees of the finished tree where the SAH says that it is cheaper. A pass.
     pub collapse: bool,
     pub levels: Levels,
 }
+
+/// Most rays in a set that a tree can be adapted to: 200 MB of them.
+pub const MAX_ADAPT: u32 = 1 << 20;
 
 impl BuildOptions {
     pub fn preset(preset: Preset) -> BuildOptions {
@@ -116,6 +121,7 @@ impl BuildOptions {
             unsplit: true,
             prune: 0.1,
             reinsert: 0,
+            adapt: 0,
             collapse: false,
             levels: Levels::Auto,
         };
@@ -153,6 +159,7 @@ impl BuildOptions {
             ("radius", self.radius, 1..=MAX_RADIUS, "it must be between 1 and 31", "14"),
             ("max-leaf", self.max_leaf, 1..=255, "it must be between 1 and 255", "8"),
             ("reinsert", self.reinsert, 0..=1000, "it must be between 0 and 1000", "12"),
+            ("adapt", self.adapt, 0..=MAX_ADAPT, "it must be between 0 and 1048576", "4096"),
         ];
         for (option, value, range, rule, good) in counts {
             if !range.contains(&value) {
@@ -203,6 +210,7 @@ mod tests {
             ("max-leaf", BuildOptions { max_leaf: 0, ..ok.clone() }),
             ("max-leaf", BuildOptions { max_leaf: 256, ..ok.clone() }),
             ("reinsert", BuildOptions { reinsert: 1001, ..ok.clone() }),
+            ("adapt", BuildOptions { adapt: MAX_ADAPT + 1, ..ok.clone() }),
             ("sah-trav", BuildOptions { traversal_cost: f32::NAN, ..ok.clone() }),
             ("sah-isect", BuildOptions { intersection_cost: 0.0, ..ok.clone() }),
             ("split-alpha", BuildOptions { split_alpha: -0.1, ..ok.clone() }),

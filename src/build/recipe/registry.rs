@@ -34,6 +34,7 @@ pub enum OptionName {
     Unsplit,
     Prune,
     Reinsert,
+    Adapt,
     Collapse,
     Levels,
 }
@@ -91,14 +92,14 @@ pub const METHODS: &[MethodInfo] = &[
     MethodInfo {
         method: Method::Auto,
         name: "auto",
-        revision: 2,
-        summary: "a search: sweep, then spatial splits, then reinsertion, as far as measured rays say that they pay",
+        revision: 3,
+        summary: "a search: sweep, then spatial splits, then reinsertion and adaptation, as far as measured rays say that they pay",
         options: SEARCHES,
     },
     MethodInfo {
         method: Method::Best,
         name: "best",
-        revision: 2,
+        revision: 3,
         summary: "a search: several recipes, of which measured rays decide",
         options: SEARCHES,
     },
@@ -108,7 +109,7 @@ pub const METHODS: &[MethodInfo] = &[
 const SEARCHES: &[OptionName] = &[O::MaxLeaf, O::TraversalCost, O::IntersectionCost, O::SplitBudget, O::Levels];
 
 /// The options of the passes, which every method's tree can be followed by.
-pub const PASSES: &[OptionName] = &[O::Reinsert, O::Collapse];
+pub const PASSES: &[OptionName] = &[O::Reinsert, O::Adapt, O::Collapse];
 
 impl OptionName {
     pub fn name(self) -> &'static str {
@@ -127,6 +128,7 @@ impl OptionName {
             O::Unsplit => "unsplit",
             O::Prune => "prune",
             O::Reinsert => "reinsert",
+            O::Adapt => "adapt",
             O::Collapse => "collapse",
             O::Levels => "levels",
         }
@@ -151,6 +153,7 @@ impl OptionName {
             O::Unsplit => options.unsplit.to_string(),
             O::Prune => (options.prune + 0.0).to_string(),
             O::Reinsert => options.reinsert.to_string(),
+            O::Adapt => options.adapt.to_string(),
             O::Collapse => options.collapse.to_string(),
             O::Levels => options.levels.to_string(),
         }
@@ -189,6 +192,7 @@ impl BuildOptions {
         let of_method = self.method.info().options.iter().chain(passes).filter(|option| match option {
             O::Presplit => self.presplit > 0.0,
             O::Reinsert => self.reinsert > 0,
+            O::Adapt => self.adapt > 0,
             O::Collapse => self.collapse,
             _ => true,
         });
@@ -231,12 +235,13 @@ mod tests {
     #[test]
     fn passes_are_part_of_every_recipe_that_does_them() {
         for row in METHODS.iter().filter(|row| !row.method.is_search()) {
-            let without = BuildOptions { method: row.method, reinsert: 0, collapse: false, ..BuildOptions::default() };
-            let is_pass = |name: &str| ["reinsert", "collapse", "presplit"].contains(&name);
+            let without =
+                BuildOptions { method: row.method, reinsert: 0, adapt: 0, collapse: false, ..BuildOptions::default() };
+            let is_pass = |name: &str| ["reinsert", "adapt", "collapse", "presplit"].contains(&name);
             assert!(without.effective().iter().all(|(name, _)| !is_pass(name)));
-            let with = BuildOptions { reinsert: 7, collapse: true, ..without };
+            let with = BuildOptions { reinsert: 7, adapt: 9, collapse: true, ..without };
             let named = |name: &str, value: &str| with.effective().contains(&(name.into(), value.into()));
-            assert!(named("reinsert", "7") && named("collapse", "true"));
+            assert!(named("reinsert", "7") && named("adapt", "9") && named("collapse", "true"));
             let cut = BuildOptions { presplit: 0.25, ..with.clone() };
             assert_eq!(cut.effective() != with.effective(), row.options.contains(&O::Presplit));
         }
@@ -248,7 +253,7 @@ mod tests {
         for method in [Method::Auto, Method::Best] {
             assert_eq!(method.revision(), method.info().revision + others);
             let plain = BuildOptions { method, ..BuildOptions::default() };
-            let passed = BuildOptions { reinsert: 5, collapse: true, bins: 3, ..plain.clone() };
+            let passed = BuildOptions { reinsert: 5, adapt: 5, collapse: true, bins: 3, ..plain.clone() };
             assert_eq!(plain.effective(), passed.effective());
             assert_ne!(plain.effective(), BuildOptions { split_budget: 1.1, ..plain.clone() }.effective());
         }

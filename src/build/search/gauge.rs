@@ -11,6 +11,12 @@ use crate::tree::quality::{Subtrees, epo, sah};
 /// a choice.
 const FEWEST: usize = 128;
 const MOST: usize = 4096;
+
+/// How many rays of each set a mesh is worth, to judge its trees by and to adapt them to.
+pub fn rays_for(triangles: usize) -> usize {
+    (triangles / 4).clamp(FEWEST, MOST)
+}
+
 /// Points of the surface at which the end-point overlap is asked.
 const POINTS: usize = 2048;
 
@@ -32,7 +38,7 @@ impl<'a> Gauge<'a> {
     pub fn cost(&mut self, tree: &Tree) -> f64 {
         let image = Image::of_tree(self.mesh, tree);
         let view = image.view();
-        let count = (self.mesh.triangles.len() / 4).clamp(FEWEST, MOST);
+        let count = rays_for(self.mesh.triangles.len());
         let rays = self.rays.get_or_insert_with(|| ProbeRays::around(&view, &Camera::around(&view), count));
         if rays.is_empty() { f64::from(sah(&tree.nodes)) } else { rays.cost(&view, self.exec).mean() }
     }

@@ -2,11 +2,11 @@
 
 use super::choice::{Choice, Trial};
 use super::gauge::Gauge;
-use super::recipes::Rung;
+use super::recipes::{Rung, Start, Start as S};
 use crate::build::compile_tree;
 use crate::build::error::BuildError;
 use crate::build::exec::Executor;
-use crate::build::passes;
+use crate::build::passes::{self, Guide, Outcome};
 use crate::build::progress::Progress;
 use crate::build::recipe::options::BuildOptions;
 use crate::scene::Mesh;
@@ -19,8 +19,10 @@ const LITTLE_OVERLAP: f64 = 0.09;
 const MUCH_OVERLAP: f64 = 0.35;
 /// With fewer duplicates than this share of the triangles, cutting found next to nothing to do.
 const FEW_DUPLICATES: f64 = 0.03;
-/// `auto` takes the plainer of two trees whose costs differ by no more than this share.
+/// `auto` takes the plainer of two trees whose costs differ by no more than this share …
 const INDIFFERENT: f64 = 0.01;
+/// … and `best` the one that its list names first, by a smaller share: that much is the luck of where the cameras stand.
+const ALIKE: f64 = 0.005;
 
 /// In small meshes a few large nodes decide what rays cost, and each recipe has its own luck with them: under this number of triangles
 /// searches draw once more …
@@ -40,39 +42,47 @@ pub fn climb(contest: &mut Contest<'_>) -> Result<String, BuildError> {
         return Ok(format!("under {TINY} triangles the whole list costs next to nothing"));
     }
     contest.indifferent = INDIFFERENT;
-    let sweep = contest.build(Rung::Sweep)?;
+    let sweep = contest.build(S::Sweep)?;
     let overlap = contest.gauge.overlap_share(&sweep);
     contest.overlap = Some(overlap);
-    contest.judge(Rung::Sweep, sweep);
+    contest.judge(S::Sweep.plain(), sweep);
 
-    let sbvh = contest.build(Rung::Sbvh)?;
+    let sbvh = contest.build(S::Sbvh)?;
     let duplicates = sbvh.refs.len() as f64 / count as f64 - 1.0;
-    let lost = contest.judge(Rung::Sbvh, sbvh);
-    if overlap < LITTLE_OVERLAP {
-        return Ok(format!("overlap under {} % leaves nothing to move", percent(LITTLE_OVERLAP)));
-    }
-    if overlap < MUCH_OVERLAP && duplicates < FEW_DUPLICATES {
+    let lost = contest.judge(S::Sbvh.plain(), sbvh);
+    let reason = if overlap < LITTLE_OVERLAP {
         drop(lost);
-        contest.try_one(Rung::SweepMoved)?;
-        return Ok(format!("cutting found under {} % of the triangles worth it", percent(FEW_DUPLICATES)));
-    }
-    contest.judge_moved(Rung::SbvhMoved, lost)?;
-    if count < SMALL {
-        contest.try_one(Rung::CoarseMoved)?;
-    }
-    Ok("that was the last rung".to_string())
+        format!("overlap under {} % leaves nothing to move", percent(LITTLE_OVERLAP))
+    } else if overlap < MUCH_OVERLAP && duplicates < FEW_DUPLICATES {
+        drop(lost);
+        contest.try_one(S::SweepMoved)?;
+        format!("cutting found under {} % of the triangles worth it", percent(FEW_DUPLICATES))
+    } else {
+        let lost = contest.move_subtrees(S::SbvhMoved, lost)?;
+        contest.adapt(S::SbvhMoved, lost)?;
+        if count < SMALL {
+            contest.try_one(S::CoarseMoved)?;
+        }
+        "that was the last rung".to_string()
+    };
+    contest.adapt_leader()?;
+    Ok(reason)
 }
 
-/// `best`: every recipe of the list, the last one in small meshes alone.
+/// `best`: every recipe of the list, the coarse one in small meshes alone.
 pub fn try_all(contest: &mut Contest<'_>) -> Result<String, BuildError> {
-    for [plain, moved] in [[Rung::Sbvh, Rung::SbvhMoved], [Rung::Sweep, Rung::SweepMoved]] {
+    contest.indifferent = ALIKE;
+    for [plain, moved] in [[S::Sbvh, S::SbvhMoved], [S::Sweep, S::SweepMoved]] {
         let tree = contest.build(plain)?;
-        let lost = contest.judge(plain, tree);
-        contest.judge_moved(moved, lost)?;
+        let lost = contest.judge(plain.plain(), tree);
+        let lost = contest.move_subtrees(moved, lost)?;
+        contest.adapt(moved, lost)?;
     }
     if contest.mesh.triangles.len() < SMALL {
-        contest.try_one(Rung::CoarseMoved)?;
+        let lost = contest.try_one(S::CoarseMoved)?;
+        contest.adapt(S::CoarseMoved, lost)?;
     }
+    contest.adapt_leader()?;
     Ok("the whole list was tried".to_string())
 }
 
@@ -84,6 +94,8 @@ pub(super) fn percent(share: f64) -> f64 {
 pub struct Contest<'a> {
     pub mesh: &'a Mesh,
     pub gauge: Gauge<'a>,
+    /// What trees are adapted to, once one has been.
+    guide: Option<Guide>,
     options: &'a BuildOptions,
     exec: &'a Executor,
     progress: &'a dyn Progress,
@@ -110,6 +122,7 @@ impl<'a> Contest<'a> {
         Contest {
             mesh,
             gauge,
+            guide: None,
             options,
             exec,
             progress,
@@ -120,14 +133,17 @@ impl<'a> Contest<'a> {
         }
     }
 
-    fn build(&self, rung: Rung) -> Result<Tree, BuildError> {
-        compile_tree(self.mesh, &rung.options(self.options), self.exec, self.progress)
+    fn recipe(&self, rung: Rung) -> BuildOptions {
+        rung.options(self.options, self.mesh.triangles.len())
     }
 
-    fn try_one(&mut self, rung: Rung) -> Result<(), BuildError> {
-        let tree = self.build(rung)?;
-        self.judge(rung, tree);
-        Ok(())
+    fn build(&self, start: Start) -> Result<Tree, BuildError> {
+        compile_tree(self.mesh, &self.recipe(start.plain()), self.exec, self.progress)
+    }
+
+    fn try_one(&mut self, start: Start) -> Result<Option<Tree>, BuildError> {
+        let tree = self.build(start)?;
+        Ok(self.judge(start.plain(), tree))
     }
 
     /// Measure a tree. The one that does not lead afterwards is given up: the old leader at once, the new tree by handing it back.
@@ -146,21 +162,54 @@ impl<'a> Contest<'a> {
         None
     }
 
-    /// Measure what reinsertion makes of a tree that was judged last: `lost`, or the leader.
-    fn judge_moved(&mut self, rung: Rung, lost: Option<Tree>) -> Result<(), BuildError> {
-        let options = rung.options(self.options);
-        let Some(plain) = lost.as_ref().or(self.leader.as_ref().map(|l| &l.tree)) else { return Ok(()) };
-        let moved = passes::improved(plain, &options, self.exec, &Silent(self.progress))?;
-        drop(lost);
-        if let Some(moved) = moved {
-            self.judge(rung, moved);
+    /// Measure what reinsertion makes of a tree that was judged last: `lost`, or the leader. Hands back what was judged last, unless it leads.
+    fn move_subtrees(&mut self, to: Start, lost: Option<Tree>) -> Result<Option<Tree>, BuildError> {
+        let options = self.recipe(to.plain());
+        self.improve(to.plain(), &options, lost)
+    }
+
+    /// The same for what adaptation makes of a tree that the recipe otherwise ends with.
+    fn adapt(&mut self, start: Start, lost: Option<Tree>) -> Result<Option<Tree>, BuildError> {
+        let options = BuildOptions { reinsert: 0, ..self.recipe(start.adapted()) };
+        let tree = lost.as_ref().or(self.leader.as_ref().map(|l| &l.tree));
+        if let (None, Some(tree)) = (&self.guide, tree) {
+            self.guide = passes::guide_for(self.mesh, tree, &options, self.exec, self.progress);
         }
-        Ok(())
+        self.improve(start.adapted(), &options, lost)
+    }
+
+    /// Adapt the leader, unless that was tried or it is adapted.
+    fn adapt_leader(&mut self) -> Result<(), BuildError> {
+        let Some(leader) = &self.leader else { return Ok(()) };
+        let Rung { start, adapted } = self.trials[leader.trial].rung;
+        if adapted || self.trials.iter().any(|trial| trial.rung == start.adapted()) {
+            return Ok(());
+        }
+        self.adapt(start, None).map(drop)
+    }
+
+    /// Hands back what was judged last, unless it leads.
+    fn improve(&mut self, rung: Rung, options: &BuildOptions, lost: Option<Tree>) -> Result<Option<Tree>, BuildError> {
+        let guide = self.guide.as_ref().filter(|_| options.adapt > 0);
+        let silent = Silent(self.progress);
+        // What lost is given away, so that it need not be held beside what is made of it.
+        let improved = match (lost, &self.leader) {
+            (Some(lost), _) => match passes::run(lost, guide, options, self.exec, &silent)? {
+                Outcome::Same(lost) => return Ok(Some(lost)),
+                Outcome::Better(tree) => Some(tree),
+            },
+            (None, Some(leader)) => passes::improved(&leader.tree, guide, options, self.exec, &silent)?,
+            (None, None) => None,
+        };
+        Ok(improved.and_then(|tree| self.judge(rung, tree)))
     }
 
     pub fn end(self, reason: String) -> (Tree, Choice) {
         let (taken, tree) = self.leader.map_or((0, Tree::default()), |leader| (leader.trial, leader.tree));
-        let flags = self.trials.get(taken).map_or_else(String::new, |t| t.rung.options(self.options).as_flags());
+        let flags = self
+            .trials
+            .get(taken)
+            .map_or_else(String::new, |t| t.rung.options(self.options, self.mesh.triangles.len()).as_flags());
         let choice = Choice {
             method: self.options.method,
             triangles: self.mesh.triangles.len() as u64,

@@ -15,7 +15,7 @@ mod recipes;
 pub use choice::{Choice, Trial, notes};
 
 use self::ladder::Contest;
-use self::recipes::Rung;
+use self::recipes::Start;
 use super::compile_tree;
 use super::error::BuildError;
 use super::exec::Executor;
@@ -37,8 +37,8 @@ pub fn build(
 ) -> Result<(Tree, Choice), BuildError> {
     let count = mesh.triangles.len();
     if count < LEAST_TRIANGLES {
-        let rung = Rung::SbvhMoved;
-        let tree = compile_tree(mesh, &rung.options(options), exec, progress)?;
+        let rung = Start::SbvhMoved.plain();
+        let tree = compile_tree(mesh, &rung.options(options, count), exec, progress)?;
         let reason = format!("under {LEAST_TRIANGLES} triangles measuring costs more than it finds");
         return Ok((tree, Choice::unmeasured(rung, options, count, reason)));
     }
@@ -52,9 +52,9 @@ pub fn build(
     Ok(contest.end(reason))
 }
 
-/// Recipes of which a search may take any: what it must have memory for.
+/// Recipes of which a search may take any, adapted or not: what it must have memory for.
 pub fn candidates(options: &BuildOptions) -> Vec<BuildOptions> {
-    Rung::ALL.iter().map(|rung| rung.options(options)).collect()
+    Start::ALL.iter().map(|start| start.plain().options(options, 0)).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Flags that change the output: a preset and what is set on top of it, turned into [`BuildOptions`].
 
-use crate::build::{Axes, BuildOptions, Clip, Levels, Method, Named, Preset};
+use crate::build::{Axes, BuildOptions, Clip, Levels, MAX_ADAPT, Method, Named, Preset};
 use crate::scene::{Degenerate, Format, ReadOptions};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -60,6 +60,9 @@ pub struct TreeArgs {
     /// After the build, move subtrees to where they cost least, in at most so many rounds; 0 leaves the tree as it is
     #[arg(long, value_name = "ROUNDS", value_parser = clap::value_parser!(u32).range(0..=1000))]
     pub reinsert: Option<u32>,
+    /// After the build, put parts of the tree together anew where so many rays a set, traced everywhere, then visit fewer boxes; 0 leaves it
+    #[arg(long, value_name = "RAYS", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_ADAPT)))]
+    pub adapt: Option<u32>,
     /// After the build, make leaves of subtrees where the SAH says that it is cheaper
     #[arg(long)]
     pub collapse: bool,
@@ -97,6 +100,7 @@ impl TreeArgs {
             unsplit: base.unsplit && !self.no_unsplit,
             prune: self.prune.unwrap_or(base.prune),
             reinsert: self.reinsert.unwrap_or(base.reinsert),
+            adapt: self.adapt.unwrap_or(base.adapt),
             collapse: base.collapse || self.collapse,
             levels,
         }
@@ -104,7 +108,7 @@ impl TreeArgs {
 
     /// Whether a flag was typed that searches decide about themselves.
     fn chooses_a_recipe(&self) -> bool {
-        let counts = [self.bins, self.spatial_bins, self.radius, self.reinsert];
+        let counts = [self.bins, self.spatial_bins, self.radius, self.reinsert, self.adapt];
         let reals = [self.presplit, self.split_alpha, self.prune];
         counts.iter().any(Option::is_some)
             || reals.iter().any(Option::is_some)
@@ -259,6 +263,7 @@ mod tests {
                 "--spatial-bins 8",
                 "--radius 3",
                 "--reinsert 0",
+                "--adapt 0",
                 "--presplit 0",
                 "--split-alpha 0",
                 "--prune 1",
@@ -296,6 +301,8 @@ mod tests {
             "--split-budget 0.5",
             "--reinsert -1",
             "--reinsert 1001",
+            "--adapt -1",
+            "--adapt 1048577",
             "--radius 0",
             "--radius 32",
             "--presplit -1",

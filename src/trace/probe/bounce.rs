@@ -1,0 +1,61 @@
+//! What rays hit, and the rays that go on from there.
+
+use super::Camera;
+use crate::cache::View;
+use crate::geom::Ray;
+use crate::geom::vector::{cross, dot, sub};
+use crate::trace::closest_hit;
+use crate::trace::rays::{Random, camera, cosine_ray};
+
+/// How far from a surface rays start, and how far they look for occluders, as shares of the scene's diagonal.
+const LIFT: f64 = 1e-4;
+const OCCLUSION: f64 = 0.1;
+
+/// Where a ray ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Struck {
+    pub t: f32,
+    point: [f64; 3],
+    /// Of length 1, on the ray's side.
+    normal: [f64; 3],
+}
+
+/// What the ray hits first, if that has a normal.
+pub(super) fn strike(view: &View<'_>, ray: &Ray) -> Option<Struck> {
+    let hit = closest_hit(view, ray)?;
+    let [a, b, c] = view.triangles[hit.triangle].corners().map(|p| p.map(f64::from));
+    let n = cross(sub(b, a), sub(c, a));
+    let d = ray.direction.map(f64::from);
+    let length = dot(n, n).sqrt();
+    let facing = if dot(n, d) > 0.0 { -length } else { length };
+    let point = [0, 1, 2].map(|k| f64::from(ray.origin[k]) + f64::from(hit.t) * d[k]);
+    (length > 0.0).then(|| Struck { t: hit.t, point, normal: n.map(|v| v / facing) })
+}
+
+/// Of the box around everything.
+pub(super) fn diagonal(view: &View<'_>) -> f64 {
+    view.nodes.first().map_or(1.0, |root| {
+        let extent = sub(root.max.map(f64::from), root.min.map(f64::from));
+        dot(extent, extent).sqrt()
+    })
+}
+
+/// About `count` rays (the next lower square from each camera).
+pub(super) fn camera_rays(cameras: &[Camera], count: usize) -> Vec<Ray> {
+    let side = ((count / cameras.len().max(1)) as f64).sqrt() as usize;
+    cameras.iter().flat_map(|c| camera(c.eye, c.look_at, c.up, c.tan_half, side, side)).collect()
+}
+
+/// One cosine-weighted bounce off each surface, over and over with other directions until there are `count`; none off nothing.
+pub(super) fn bounces(surfaces: &[Struck], count: usize, diagonal: f64, random: &mut Random) -> Vec<Ray> {
+    let lift = LIFT * diagonal;
+    let one = |s: &Struck| cosine_ray([0, 1, 2].map(|k| s.point[k] + lift * s.normal[k]), s.normal, random);
+    surfaces.iter().cycle().take(if surfaces.is_empty() { 0 } else { count }).map(one).collect()
+}
+
+/// The ray as one that looks for an occluder nearby, with a direction of length 1.
+pub(super) fn toward_occluders(ray: Ray, diagonal: f64) -> Ray {
+    let d = ray.direction.map(f64::from);
+    let length = dot(d, d).sqrt();
+    Ray { direction: d.map(|c| (c / length) as f32), ..ray }.until((OCCLUSION * diagonal) as f32)
+}
