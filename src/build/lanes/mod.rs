@@ -3,13 +3,14 @@
 //! `portable` says what each operation means; `sse2` is its twin with the same bits, which a test below proves on every
 //! pair of special values. Nothing multiplies and adds in one rounding, so all machines agree.
 //!
-//! [`widest`] is a wider door, for work that it pays for: `agglomerative`, whose search is plain loops over columns. The other builders
-//! handle boxes, which fill two registers of four, and what is done next with one depends on the result. With their loops behind
-//! that door too, one at a time, `sweep` and `sbvh` took as long as before, `bonsai` 0.98 to 1.00 of the time and `binned` 1.01 to 1.05 of it.
-//! Bins with boxes of one register each, minima negated, so that a union is one instruction, were hardly filled quicker: there it is
-//! time that passes until a box is there again, not instructions, that counts (see `Bins::fill`). The whole builder compiled for AVX2
-//! (`RUSTFLAGS="-C target-cpu=x86-64-v3" cargo run --release --example build_stats`) took up to twice as long for `sbvh`: the likely cause is
-//! that boxes are written by halves and then read whole, which a processor cannot forward.
+//! [`widest`] is a wider door, for the work that it pays for: `agglomerative`, whose search is plain loops over columns. AVX-512 in its
+//! stead gains a little with wide windows and nothing with narrow ones: too little for a third translation. The other builders handle
+//! boxes, which fill two registers of four, and what is done next with one depends on the result. Behind that door too, one loop at a
+//! time, `sweep` and `sbvh` were no quicker, `bonsai` hardly, and `binned` was slower by some hundredths. Bins with boxes of
+//! one register, minima negated, so that a union is one instruction, were hardly filled quicker: what counts there is the time until a
+//! box can be read again, not instructions (see `Bins::fill`). The whole builder compiled for AVX2 (`RUSTFLAGS="-C target-cpu=x86-64-v3"
+//! cargo run --release --example build_stats`) takes up to twice as long for `sbvh`: the likely cause is that boxes are written by halves and then
+//! read whole, which a processor cannot forward.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
