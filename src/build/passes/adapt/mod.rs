@@ -20,7 +20,7 @@ use crate::build::exec::Executor;
 use crate::build::progress::Progress;
 
 /// Nodes that fewer rays visit stay as they are, with all below: areas would decide there.
-const LEAST_RAYS: usize = 32;
+const LEAST_RAYS: usize = 64;
 
 /// A node whose treelet is next, and the rays that visit it.
 struct Site {

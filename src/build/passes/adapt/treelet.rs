@@ -4,7 +4,7 @@
 //! its parts, smaller sets first, over all ways to divide it in two (dynamic programming, as in Karras and Aila, section 4).
 
 use super::guide::{Guide, Segment, larger, smaller};
-use crate::build::lanes::LaneBox;
+use crate::build::lanes::{LaneBox, widest};
 use crate::build::passes::work_tree::WorkTree;
 use crate::tree::MAX_DEPTH;
 
@@ -154,9 +154,14 @@ impl Workshop {
     /// How many of the rays meet the box of each set.
     fn count(&mut self, guide: &Guide, rays: &[u32], sets: usize) {
         self.visits[..sets].fill(0);
-        for &ray in rays {
-            self.count_one(&guide.segments[ray as usize], sets);
-        }
+        widest(
+            #[inline(always)]
+            || {
+                for &ray in rays {
+                    self.count_one(&guide.segments[ray as usize], sets);
+                }
+            },
+        );
     }
 
     /// All boxes against one ray, so that it is the boxes which lie side by side in a register. Whichever plane of a slab the direction
