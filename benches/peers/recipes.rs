@@ -7,7 +7,9 @@ use clap::Parser;
 /// A line here is all that a new recipe needs: its name, and the flags of `bvhc build` that it stands for.
 const RECIPES: &[(&str, &str)] = &[
     ("draft", "--preset draft"),
+    ("draft, adapted", "--preset draft --adapt 1024"),
     ("draft + 2 rounds", "--preset draft --reinsert 2"),
+    ("draft + 2 rounds, adapted", "--preset draft --reinsert 2 --adapt 1024"),
     ("binned", "--preset draft --method binned --bins 16"),
     ("bonsai", "--method bonsai"),
     ("bonsai + 2 rounds", "--method bonsai --reinsert 2"),
@@ -23,6 +25,7 @@ const RECIPES: &[(&str, &str)] = &[
     ("near agglomerative 4", "--method agglomerative --radius 4"),
     ("agglomerative", "--method agglomerative"),
     ("agglomerative + 1 round", "--method agglomerative --reinsert 1"),
+    ("agglomerative + 1 round, adapted", "--method agglomerative --reinsert 1 --adapt 256"),
     ("agglomerative + 2 rounds", "--method agglomerative --reinsert 2"),
     ("agglomerative + 8 rounds", "--method agglomerative --reinsert 8"),
     ("balanced", "--preset balanced"),

@@ -91,11 +91,8 @@ impl Image {
         self.nodes.extend_from_slice(&tree.nodes);
         // Corners are read from all over the mesh: side by side, the waits overlap.
         self.triangles.par_extend(tree.refs.par_iter().with_min_len(RUN).map(|&r| {
-            let r = r as usize;
-            let [v0, v1, v2] = mesh.corners(r).map(|p| p.map(|c| c + 0.0)); // -0.0 becomes +0.0
-            let part = mesh.parts.partition_point(|p| p.first_triangle + p.triangle_count <= r as u32) as u32;
-            let flags = if uses[r] > 1 { TriangleRecord::DUPLICATED } else { 0 };
-            TriangleRecord { v0, prim: mesh.source_prim(r), v1, geom: first_geom + part, v2, flags }
+            let flags = if uses[r as usize] > 1 { TriangleRecord::DUPLICATED } else { 0 };
+            triangle_record(mesh, r as usize, first_geom, flags)
         }));
     }
 
@@ -109,6 +106,13 @@ impl Image {
             instances: &self.instances,
         }
     }
+}
+
+/// A triangle of a mesh whose parts' rows start at `first_geom`.
+pub(crate) fn triangle_record(mesh: &Mesh, r: usize, first_geom: u32, flags: u32) -> TriangleRecord {
+    let [v0, v1, v2] = mesh.corners(r).map(|p| p.map(|c| c + 0.0)); // -0.0 becomes +0.0
+    let part = mesh.parts.partition_point(|p| p.first_triangle + p.triangle_count <= r as u32) as u32;
+    TriangleRecord { v0, prim: mesh.source_prim(r), v1, geom: first_geom + part, v2, flags }
 }
 
 fn instance_record(accel: &Accel, id: u32) -> InstanceRecord {

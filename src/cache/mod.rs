@@ -30,6 +30,7 @@ pub use freshness::{Freshness, Staleness, freshness, freshness_of_bytes, hash_fi
 pub use head::Head;
 pub use header::{BUILDERS, Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MAX_SECTIONS, MIN_MINOR, MINOR, builder_id};
 pub use image::Image;
+pub(crate) use image::triangle_record;
 pub use meta::{Dependency, MAX_META_LEN, MAX_STRING_LEN, Meta};
 pub use names::{Names, clip_name};
 pub use reader::{Cache, FileBytes, OpenOptions, Validation};

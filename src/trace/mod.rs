@@ -36,6 +36,7 @@ pub mod exact;
 mod hit;
 mod intersect;
 mod lanes;
+mod lent;
 mod observe;
 pub mod probe;
 pub mod rays;
@@ -43,6 +44,7 @@ mod slab;
 mod traverse;
 
 pub use hit::{Hit, Malformed};
+pub use lent::Lent;
 #[doc(hidden)]
 pub use observe::Fault;
 pub use observe::{Counters, NoObserver, Observer};

@@ -1,8 +1,8 @@
 //! What a finished tree is worth: the work of probe rays in it, and the overlap that the SAH does not see.
 
 use crate::build::exec::Executor;
-use crate::cache::Image;
 use crate::scene::Mesh;
+use crate::trace::Lent;
 use crate::trace::probe::{Camera, ProbeRays};
 use crate::tree::Tree;
 use crate::tree::quality::{Subtrees, epo, sah};
@@ -36,8 +36,8 @@ impl<'a> Gauge<'a> {
     ///
     /// The first tree that comes finds out where rays start: every tree of the mesh would find the same.
     pub fn cost(&mut self, tree: &Tree) -> f64 {
-        let image = Image::of_tree(self.mesh, tree);
-        let view = image.view();
+        let lent = Lent::new(self.mesh, tree, self.exec);
+        let view = lent.view();
         let count = rays_for(self.mesh.triangles.len());
         let rays = self.rays.get_or_insert_with(|| ProbeRays::around(&view, &Camera::around(&view), count));
         if rays.is_empty() { f64::from(sah(&tree.nodes)) } else { rays.cost(&view, self.exec).mean() }

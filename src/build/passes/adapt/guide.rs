@@ -2,9 +2,9 @@
 
 use crate::build::exec::Executor;
 use crate::build::passes::work_tree::WorkTree;
-use crate::cache::Image;
 use crate::geom::Ray;
 use crate::scene::Mesh;
+use crate::trace::Lent;
 use crate::trace::probe::everywhere;
 use crate::tree::Tree;
 
@@ -61,8 +61,7 @@ pub struct Guide {
 impl Guide {
     /// `rays` in each of three sets (see [`everywhere`]). Whichever tree of the mesh is given, the guide is the same.
     pub fn new(mesh: &Mesh, tree: &Tree, rays: u32, exec: &Executor) -> Guide {
-        let image = Image::of_tree(mesh, tree);
-        let rays = everywhere(&image.view(), rays as usize, exec);
+        let rays = everywhere(&Lent::new(mesh, tree, exec).view(), rays as usize, exec);
         Guide { segments: rays.iter().map(Segment::of).collect() }
     }
 

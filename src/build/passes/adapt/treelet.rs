@@ -8,7 +8,7 @@ use crate::build::lanes::{LaneBox, widest};
 use crate::build::passes::work_tree::WorkTree;
 use crate::tree::MAX_DEPTH;
 
-/// Nodes below a treelet's inner ones, at most. Six are quicker by half and find two thirds of the gain, eight find a little more and
+/// Nodes below a treelet's inner ones, at most. With fewer of them less is gained; eight gain a little more and
 /// take twice as long.
 const MOST: usize = 7;
 const SETS: usize = 1 << MOST;
