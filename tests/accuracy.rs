@@ -20,7 +20,7 @@ fn options(method: Method, levels: Levels) -> BuildOptions {
 
 /// The same with all passes.
 fn improved(method: Method, levels: Levels) -> BuildOptions {
-    BuildOptions { reinsert: 6, collapse: true, ..options(method, levels) }
+    BuildOptions { reinsert: 6, adapt: 500, collapse: true, ..options(method, levels) }
 }
 
 fn build(scene: &Scene, options: &BuildOptions) -> Image {

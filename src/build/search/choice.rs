@@ -50,7 +50,7 @@ impl Choice {
             overlap: None,
             trials: vec![Trial { rung, cost: f64::NAN, references: 0 }],
             taken: 0,
-            flags: rung.options(options, triangles).as_flags(),
+            flags: rung.options(options, 0).as_flags(),
             reason,
         }
     }

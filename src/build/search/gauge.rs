@@ -1,6 +1,7 @@
 //! What a finished tree is worth: the work of probe rays in it, and the overlap that the SAH does not see.
 
 use crate::build::exec::Executor;
+use crate::geom::Aabb;
 use crate::scene::Mesh;
 use crate::trace::Lent;
 use crate::trace::probe::{Camera, ProbeRays};
@@ -11,10 +12,29 @@ use crate::tree::quality::{Subtrees, epo, sah};
 /// a choice.
 const FEWEST: usize = 128;
 const MOST: usize = 4096;
+/// Triangles whose boxes the rays of a set may meet, taken together: where everything lies on top of everything, each meets them all.
+const MOST_MET: f64 = 4e6;
+/// Triangles that a task looks at. A constant, so that nothing depends on the number of threads.
+const CHUNK: usize = 1 << 14;
 
 /// How many rays of each set a mesh is worth, to judge its trees by and to adapt them to.
-pub fn rays_for(triangles: usize) -> usize {
-    (triangles / 4).clamp(FEWEST, MOST)
+pub fn rays_for(mesh: &Mesh, exec: &Executor) -> usize {
+    let count = (mesh.triangles.len() / 4).clamp(FEWEST, MOST);
+    // A random ray meets a box inside another in proportion to their areas.
+    let numbers: Vec<u32> = (0..mesh.triangles.len().div_ceil(CHUNK) as u32).collect();
+    let parts = exec.map_chunks(&numbers, 1, |chunk, _| {
+        let run = chunk * CHUNK..((chunk + 1) * CHUNK).min(mesh.triangles.len());
+        run.map(|i| mesh.triangle_box(i)).fold((0.0, Aabb::EMPTY), |(sum, all), b| (sum + area(&b), all.union(b)))
+    });
+    let (sum, all) = parts.into_iter().fold((0.0, Aabb::EMPTY), |(sum, all), (a, b)| (sum + a, all.union(b)));
+    let met = sum / area(&all);
+    if met.is_finite() { count.min((MOST_MET / met) as usize).max(1) } else { count }
+}
+
+/// Half of it, in `f64`, which no box overflows.
+fn area(b: &Aabb) -> f64 {
+    let [x, y, z] = [0, 1, 2].map(|k| f64::from(b.max[k]) - f64::from(b.min[k]));
+    x * y + y * z + z * x
 }
 
 /// Points of the surface at which the end-point overlap is asked.
@@ -24,12 +44,15 @@ const POINTS: usize = 2048;
 pub struct Gauge<'a> {
     mesh: &'a Mesh,
     exec: &'a Executor,
+    /// Rays in each set.
+    count: usize,
     rays: Option<ProbeRays>,
 }
 
 impl<'a> Gauge<'a> {
-    pub fn new(mesh: &'a Mesh, exec: &'a Executor) -> Gauge<'a> {
-        Gauge { mesh, exec, rays: None }
+    /// About `count` rays in each set.
+    pub fn new(mesh: &'a Mesh, count: usize, exec: &'a Executor) -> Gauge<'a> {
+        Gauge { mesh, exec, count, rays: None }
     }
 
     /// C_T · nodes + C_I · triangles a ray, the mean of the three sets; the SAH, which has the same unit, where the cameras see nothing.
@@ -38,7 +61,7 @@ impl<'a> Gauge<'a> {
     pub fn cost(&mut self, tree: &Tree) -> f64 {
         let lent = Lent::new(self.mesh, tree, self.exec);
         let view = lent.view();
-        let count = rays_for(self.mesh.triangles.len());
+        let count = self.count;
         let rays = self.rays.get_or_insert_with(|| ProbeRays::around(&view, &Camera::around(&view), count));
         if rays.is_empty() { f64::from(sah(&tree.nodes)) } else { rays.cost(&view, self.exec).mean() }
     }

@@ -1,7 +1,7 @@
 //! How searches decide.
 
 use super::choice::{Choice, Trial};
-use super::gauge::Gauge;
+use super::gauge::{Gauge, rays_for};
 use super::recipes::{Rung, Start, Start as S};
 use crate::build::compile_tree;
 use crate::build::error::BuildError;
@@ -23,6 +23,9 @@ const FEW_DUPLICATES: f64 = 0.03;
 const INDIFFERENT: f64 = 0.01;
 /// … and `best` the one that its list names first, by a smaller share: that much is the luck of where the cameras stand.
 const ALIKE: f64 = 0.005;
+
+/// A tree that costs so many times as much as the leader is not adapted: that gains a seventh where it gains much.
+const HOPELESS: f64 = 1.15;
 
 /// In small meshes a few large nodes decide what rays cost, and each recipe has its own luck with them: under this number of triangles
 /// searches draw once more …
@@ -94,6 +97,8 @@ pub(super) fn percent(share: f64) -> f64 {
 pub struct Contest<'a> {
     pub mesh: &'a Mesh,
     pub gauge: Gauge<'a>,
+    /// How many rays of each set the mesh is worth.
+    rays: usize,
     /// What trees are adapted to, once one has been.
     guide: Option<Guide>,
     options: &'a BuildOptions,
@@ -118,10 +123,12 @@ impl<'a> Contest<'a> {
         exec: &'a Executor,
         progress: &'a dyn Progress,
     ) -> Contest<'a> {
-        let gauge = Gauge::new(mesh, exec);
+        let rays = rays_for(mesh, exec);
+        let gauge = Gauge::new(mesh, rays, exec);
         Contest {
             mesh,
             gauge,
+            rays,
             guide: None,
             options,
             exec,
@@ -134,7 +141,7 @@ impl<'a> Contest<'a> {
     }
 
     fn recipe(&self, rung: Rung) -> BuildOptions {
-        rung.options(self.options, self.mesh.triangles.len())
+        rung.options(self.options, self.rays)
     }
 
     fn build(&self, start: Start) -> Result<Tree, BuildError> {
@@ -168,8 +175,13 @@ impl<'a> Contest<'a> {
         self.improve(to.plain(), &options, lost)
     }
 
-    /// The same for what adaptation makes of a tree that the recipe otherwise ends with.
+    /// The same for what adaptation makes of a tree that the recipe otherwise ends with, if there is hope for it.
     fn adapt(&mut self, start: Start, lost: Option<Tree>) -> Result<Option<Tree>, BuildError> {
+        if let (Some(_), Some(leader), Some(last)) = (&lost, &self.leader, self.trials.last())
+            && last.cost > HOPELESS * self.trials[leader.trial].cost
+        {
+            return Ok(lost);
+        }
         let options = BuildOptions { reinsert: 0, ..self.recipe(start.adapted()) };
         let tree = lost.as_ref().or(self.leader.as_ref().map(|l| &l.tree));
         if let (None, Some(tree)) = (&self.guide, tree) {
@@ -206,10 +218,8 @@ impl<'a> Contest<'a> {
 
     pub fn end(self, reason: String) -> (Tree, Choice) {
         let (taken, tree) = self.leader.map_or((0, Tree::default()), |leader| (leader.trial, leader.tree));
-        let flags = self
-            .trials
-            .get(taken)
-            .map_or_else(String::new, |t| t.rung.options(self.options, self.mesh.triangles.len()).as_flags());
+        let flags =
+            self.trials.get(taken).map_or_else(String::new, |t| t.rung.options(self.options, self.rays).as_flags());
         let choice = Choice {
             method: self.options.method,
             triangles: self.mesh.triangles.len() as u64,

@@ -38,7 +38,7 @@ pub fn build(
     let count = mesh.triangles.len();
     if count < LEAST_TRIANGLES {
         let rung = Start::SbvhMoved.plain();
-        let tree = compile_tree(mesh, &rung.options(options, count), exec, progress)?;
+        let tree = compile_tree(mesh, &rung.options(options, 0), exec, progress)?;
         let reason = format!("under {LEAST_TRIANGLES} triangles measuring costs more than it finds");
         return Ok((tree, Choice::unmeasured(rung, options, count, reason)));
     }

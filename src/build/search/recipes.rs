@@ -1,6 +1,5 @@
 //! What a search can try, each a recipe that a user could ask for by its flags.
 
-use super::gauge::rays_for;
 use crate::build::recipe::options::{BuildOptions, Method, Preset};
 
 /// Most rounds of reinsertion: the eighth still gains a little, later ones next to nothing.
@@ -53,8 +52,8 @@ impl Rung {
         }
     }
 
-    /// The recipe for so many triangles, with what the user may set for a search: costs, leaves, the budget for duplicates, levels.
-    pub fn options(self, asked: &BuildOptions, triangles: usize) -> BuildOptions {
+    /// The recipe for a mesh that is worth so many rays a set, with what the user may set for a search: costs, leaves, the budget for duplicates, levels.
+    pub fn options(self, asked: &BuildOptions, rays: usize) -> BuildOptions {
         let (preset, method, reinsert) = match self.start {
             S::Sweep => (Preset::Auto, Method::Sweep, 0),
             S::SweepMoved => (Preset::Auto, Method::Sweep, ROUNDS),
@@ -66,7 +65,7 @@ impl Rung {
         BuildOptions {
             method,
             reinsert,
-            adapt: if self.adapted { rays_for(triangles) as u32 } else { 0 },
+            adapt: if self.adapted { rays as u32 } else { 0 },
             max_leaf: asked.max_leaf,
             traversal_cost: asked.traversal_cost,
             intersection_cost: asked.intersection_cost,

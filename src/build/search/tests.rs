@@ -1,3 +1,4 @@
+use super::gauge::rays_for;
 use super::ladder::percent;
 use super::*;
 use crate::build::NoProgress;
@@ -42,7 +43,7 @@ fn the_cheapest_trial_is_taken_or_one_hardly_dearer_and_the_tree_is_that_of_its_
             let taken = &choice.trials[choice.taken];
             let least = choice.trials.iter().map(|t| t.cost).fold(f64::INFINITY, f64::min);
             assert!(taken.cost <= least * if method == Method::Best { 1.02 } else { 1.03 }, "{choice:?}");
-            let recipe = taken.rung.options(&asked(method), 700);
+            let recipe = taken.rung.options(&asked(method), rays_for(&mesh, &Executor::sequential()));
             assert_eq!(tree, compile_tree(&mesh, &recipe, &Executor::sequential(), &NoProgress).unwrap());
             assert_eq!(choice.flags, recipe.as_flags());
         }
@@ -132,6 +133,22 @@ fn notes_of_several_trees_count_recipes_and_write_out_the_largest() {
     assert!(notes[1].starts_with("auto, tree 1: took ") && notes[1].contains("for 600 triangles"), "{notes:?}");
     assert!(notes.iter().all(|note| !note.contains("tree 0:") && !note.contains("tree 3:")), "{notes:?}");
     assert!(super::notes(&[]).is_empty());
+}
+
+#[test]
+fn where_everything_lies_on_top_of_everything_few_rays_are_asked() {
+    let exec = Executor::sequential();
+    assert_eq!(rays_for(&row(2000, 1.0), &exec), 500);
+    assert_eq!(rays_for(&row(200_000, 1.0), &exec), 4096);
+    assert_eq!(rays_for(&row(200_000, 0.0), &exec), 20);
+    assert_eq!(rays_for(&row(200_000, 0.0), &Executor::new(3).unwrap()), 20);
+    assert_eq!(rays_for(&row(0, 0.0), &exec), 128);
+
+    // And the search comes to an end soon.
+    let start = std::time::Instant::now();
+    let (tree, choice) = search(&row(50_000, 0.0), Method::Best);
+    assert!(tree.refs.len() >= 50_000 && choice.rays > 0, "{choice:?}");
+    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
 }
 
 #[test]

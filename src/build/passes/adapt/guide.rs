@@ -10,6 +10,8 @@ use crate::tree::Tree;
 
 /// Parts of the rays that are followed through the tree side by side, each with counts of its own.
 const PARTS: usize = 4;
+/// A ray that visits more nodes than this, because everything overlaps everything, is followed no further.
+const MOST_VISITED: u32 = 1 << 12;
 /// A direction's inverse stays below this, so that no distance is the product of infinity and zero.
 const STEEPEST: f32 = 1e20;
 /// By how much a ray is lengthened, so that rounding does not end it before the box of what it hits.
@@ -81,7 +83,7 @@ impl Guide {
         met
     }
 
-    /// By slot: how many rays meet its box.
+    /// By slot: how many rays meet its box; fewer where rays visit thousands of nodes.
     pub(super) fn visits(&self, tree: &WorkTree, exec: &Executor) -> Vec<u32> {
         let size = self.segments.len().div_ceil(PARTS).max(1);
         let parts = exec.map_chunks(&self.segments, size, |_, chunk| {
@@ -90,7 +92,13 @@ impl Guide {
                 if segment.meets(&tree.slots[0].min, &tree.slots[0].max) {
                     open.push(0);
                 }
+                let mut left = MOST_VISITED;
                 while let Some(at) = open.pop() {
+                    if left == 0 {
+                        open.clear();
+                        break;
+                    }
+                    left -= 1;
                     visits[at as usize] += 1;
                     let slot = &tree.slots[at as usize];
                     if slot.is_leaf() {

@@ -22,6 +22,10 @@ use crate::build::progress::Progress;
 /// Nodes that fewer rays visit stay as they are, with all below: areas would decide there.
 const LEAST_RAYS: usize = 64;
 
+/// Nodes of one level that a ray visits on average, so that time stays bounded where everything overlaps everything. In real scenes it is
+/// a handful; beyond, the nodes that come last on the level stay as they are.
+const MOST_VISITED: usize = 32;
+
 /// A node whose treelet is next, and the rays that visit it.
 struct Site {
     slot: u32,
@@ -31,8 +35,7 @@ struct Site {
 /// Ways down. The second finds other treelets than the first, a third next to nothing.
 const DESCENTS: u32 = 2;
 
-/// Put treelets together anew; returns how many were changed. Where each ray visits few nodes, time grows with the rays and hardly with
-/// the tree.
+/// Put treelets together anew; returns how many were changed. Time grows with the rays times the depth, and hardly with the tree.
 pub fn adapt(
     tree: &mut WorkTree,
     guide: &Guide,
@@ -88,6 +91,12 @@ fn descend(
                 }
             }
         }
+        let mut left = MOST_VISITED * guide.segments.len();
+        level.retain(|site| {
+            let fits = site.rays.len() <= left;
+            left -= if fits { site.rays.len() } else { 0 };
+            fits
+        });
         seen.extend(slots);
         depth += 1;
     }
