@@ -5,22 +5,11 @@ use super::*;
 use crate::build::{BuildOptions, Method, NoProgress, Preset, build_tree};
 use crate::geom::{Aabb, Ray};
 use crate::scene::Mesh;
+use crate::trace::rays::Random;
 use crate::tree::{MAX_DEPTH, Node, Tree, quality};
 
-/// Splitmix64.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    fn point(&mut self, size: f32) -> [f32; 3] {
-        [0; 3].map(|_| size * self.unit())
-    }
+fn point(random: &mut Random, size: f32) -> [f32; 3] {
+    [0; 3].map(|_| size * random.unit() as f32)
 }
 
 fn guide_of(rays: &[Ray]) -> Guide {
@@ -144,21 +133,21 @@ fn all_shapes(count: u32) -> Vec<Shape> {
 
 #[test]
 fn no_tree_over_a_handful_of_boxes_is_cheaper() {
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     let shapes = all_shapes(6);
     assert_eq!(shapes.len(), 945);
     let mut changes = 0;
     for round in 0..20 {
         let boxes: Vec<Aabb> = (0..6)
             .map(|_| {
-                let min = random.point(8.0);
-                let size = random.point(3.0);
+                let min = point(&mut random, 8.0);
+                let size = point(&mut random, 3.0);
                 Aabb { min, max: [0, 1, 2].map(|k| min[k] + size[k]) }
             })
             .collect();
         let rays: Vec<Ray> = (0..400)
             .map(|_| {
-                let (from, to) = (random.point(10.0), random.point(10.0));
+                let (from, to) = (point(&mut random, 10.0), point(&mut random, 10.0));
                 Ray::new(from, [0, 1, 2].map(|k| to[k] - from[k])).until(1.0)
             })
             .collect();
@@ -187,12 +176,12 @@ fn no_tree_over_a_handful_of_boxes_is_cheaper() {
 
 /// Triangles strewn over a cube, so dense that few of those inside are seen from outside.
 fn mesh(count: u32) -> Mesh {
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let mut positions = Vec::new();
     for _ in 0..count {
-        let at = random.point(10.0);
+        let at = point(&mut random, 10.0);
         positions.extend([0; 3].map(|_| {
-            let d = random.point(1.0);
+            let d = point(&mut random, 1.0);
             [0, 1, 2].map(|k| at[k] + d[k])
         }));
     }
