@@ -21,10 +21,9 @@ const CHUNK: usize = 1 << 14;
 pub fn rays_for(mesh: &Mesh, exec: &Executor) -> usize {
     let count = (mesh.triangles.len() / 4).clamp(FEWEST, MOST);
     // A random ray meets a box inside another in proportion to their areas.
-    let numbers: Vec<u32> = (0..mesh.triangles.len().div_ceil(CHUNK) as u32).collect();
-    let parts = exec.map_chunks(&numbers, 1, |chunk, _| {
-        let run = chunk * CHUNK..((chunk + 1) * CHUNK).min(mesh.triangles.len());
-        run.map(|i| mesh.triangle_box(i)).fold((0.0, Aabb::EMPTY), |(sum, all), b| (sum + area(&b), all.union(b)))
+    let parts = exec.map_chunks(&mesh.triangles, CHUNK, |index, chunk| {
+        let boxes = (0..chunk.len()).map(|i| mesh.triangle_box(index * CHUNK + i));
+        boxes.fold((0.0, Aabb::EMPTY), |(sum, all), b| (sum + area(&b), all.union(b)))
     });
     let (sum, all) = parts.into_iter().fold((0.0, Aabb::EMPTY), |(sum, all), (a, b)| (sum + a, all.union(b)));
     let met = sum / area(&all);

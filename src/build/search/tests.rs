@@ -143,12 +143,6 @@ fn where_everything_lies_on_top_of_everything_few_rays_are_asked() {
     assert_eq!(rays_for(&row(200_000, 0.0), &exec), 20);
     assert_eq!(rays_for(&row(200_000, 0.0), &Executor::new(3).unwrap()), 20);
     assert_eq!(rays_for(&row(0, 0.0), &exec), 128);
-
-    // And the search comes to an end soon.
-    let start = std::time::Instant::now();
-    let (tree, choice) = search(&row(50_000, 0.0), Method::Best);
-    assert!(tree.refs.len() >= 50_000, "{choice:?}");
-    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
 }
 
 #[test]
