@@ -11,6 +11,7 @@ use std::fmt::Write;
 use bvhc::cache::{
     Cache, Header, Image, Meta, OpenOptions, SectionEntry, SectionKind, Validation, WriteOptions, to_bytes,
 };
+use bvhc::exec::Executor;
 use bvhc::geom::Aabb;
 use bvhc::scene::{Mesh, Part};
 use bvhc::tree::{Accel, Node, Tree};
@@ -34,7 +35,7 @@ pub fn one_triangle() -> Result<Vec<u8>, Box<dyn Error>> {
     };
     let point = Aabb { min: [0.0; 3], max: [0.0; 3] };
     let tree = Tree { nodes: vec![Node::leaf(mesh.triangle_box(0), 0, 1), Node::leaf(point, 0, 0)], refs: vec![0] };
-    let image = Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() });
+    let image = Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::current());
     let meta = Meta {
         tool: "bvhc".into(),
         tool_version: "0.1.0".into(),
@@ -42,7 +43,7 @@ pub fn one_triangle() -> Result<Vec<u8>, Box<dyn Error>> {
         builder_revision: 1,
         ..Meta::default()
     };
-    Ok(to_bytes(&image, &meta, &WriteOptions::default())?)
+    Ok(to_bytes(&image, &meta, &WriteOptions::default(), &Executor::current())?)
 }
 
 pub fn annotate(bytes: &[u8]) -> Result<String, Box<dyn Error>> {

@@ -6,6 +6,7 @@
 mod faults;
 
 use bvhc::cache::{Cache, Image, Meta, WriteOptions, write_file};
+use bvhc::exec::Executor;
 use faults::{Fault, plant};
 use std::error::Error;
 use std::path::Path;
@@ -30,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let planted = plant(&mut image, fault).ok_or("this file has nothing that can be broken so")?;
     let meta = cache.meta().cloned().unwrap_or_else(Meta::default);
-    write_file(Path::new(to), &image, &meta, &WriteOptions::default())?;
+    write_file(Path::new(to), &image, &meta, &WriteOptions::default(), &Executor::current())?;
     println!("{to}: broke {} {:?}", planted.section, planted.records);
     Ok(())
 }

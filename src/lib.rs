@@ -13,10 +13,10 @@
 //! # let model = folder.path().join("scene.obj");
 //! # std::fs::write(&model, "o roof\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
 //! # let scene = bvhc::scene::read(&model, &Default::default())?;
-//! # let exec = bvhc::build::Executor::sequential();
+//! # let exec = bvhc::exec::Executor::sequential();
 //! # let accel = bvhc::build::compile(scene, &Default::default(), &exec, &bvhc::build::NoProgress)?;
-//! # let image = bvhc::cache::Image::new(&accel);
-//! # bvhc::cache::write_file(&path, &image, &Default::default(), &Default::default())?;
+//! # let image = bvhc::cache::Image::new(&accel, &exec);
+//! # bvhc::cache::write_file(&path, &image, &Default::default(), &Default::default(), &exec)?;
 //! use bvhc::{Cache, Ray};
 //!
 //! let cache = Cache::open(&path)?; // maps the file and checks its hashes
@@ -50,20 +50,22 @@
 //! # let folder = tempfile::tempdir()?;
 //! # let (model, path) = (folder.path().join("scene.obj"), folder.path().join("scene.bvhc"));
 //! # std::fs::write(&model, "o roof\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
-//! use bvhc::build::{self, BuildOptions, Executor, NoProgress, Preset};
+//! use bvhc::build::{self, BuildOptions, NoProgress, Preset};
 //! use bvhc::cache::{self, Image, Meta, WriteOptions, keys::Recipe};
+//! use bvhc::exec::Executor;
 //! use bvhc::scene::{self, ReadOptions};
 //!
 //! let scene = scene::read(&model, &ReadOptions::default())?;
 //! let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
 //! let options = BuildOptions::preset(Preset::Balanced);
-//! let accel = build::compile(scene, &options, &Executor::new(0)?, &NoProgress)?;
+//! let exec = Executor::new(0)?; // one thread per core
+//! let accel = build::compile(scene, &options, &exec, &NoProgress)?;
 //!
 //! let method = options.method;
 //! let recipe =
 //!     Recipe { method: method.to_string(), builder_revision: method.revision(), options: options.effective() };
-//! let meta = Meta { notes: accel.notes.clone(), ..Meta::new(recipe, &inputs, &report) };
-//! cache::write_file(&path, &Image::new(&accel), &meta, &WriteOptions::default())?;
+//! let meta = Meta { notes: accel.notes.clone(), ..cache::provenance(recipe, &inputs, &report) };
+//! cache::write_file(&path, &Image::new(&accel, &exec), &meta, &WriteOptions::default(), &exec)?;
 //! # assert_eq!(bvhc::Cache::open(&path)?.triangles().len(), 1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -82,7 +84,6 @@
 
 pub mod build;
 pub mod cache;
-pub mod geom;
 pub mod report;
 pub mod scene;
 pub mod trace;
@@ -92,6 +93,7 @@ pub mod verify;
 #[cfg(feature = "cli")]
 pub mod cli;
 
+pub use bvhc_core::{exec, geom, layout, random, simd};
 pub use cache::Cache;
 pub use geom::Ray;
 

@@ -5,11 +5,12 @@ mod common;
 use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset, compile};
 use bvhc::cache::{Image, View};
 use bvhc::geom::{Affine, Point, Ray};
+use bvhc::random::Random;
 use bvhc::scene::{Mesh, ReadOptions, Scene, read};
 use bvhc::trace::brute::{Answer, Oracle, Order};
 use bvhc::trace::compare::{Tally, compare};
+use bvhc::trace::rays::Sampler;
 use bvhc::trace::rays::grid::GridScene;
-use bvhc::trace::rays::{Random, Sampler};
 use bvhc::trace::{any_hit, closest_hit};
 use common::meshes::{cube, place, scene_of, sphere, visible};
 use common::scenes::{model_files, real_scenes, samples_dir};
@@ -25,7 +26,7 @@ fn improved(method: Method, levels: Levels) -> BuildOptions {
 
 fn build(scene: &Scene, options: &BuildOptions) -> Image {
     let exec = Executor::new(0).expect("threads");
-    Image::new(&compile(scene.clone(), options, &exec, &NoProgress).expect("a tree"))
+    Image::new(&compile(scene.clone(), options, &exec, &NoProgress).expect("a tree"), &Executor::current())
 }
 
 /// Every way to build the scene: both methods, and with instances both numbers of levels.
@@ -276,7 +277,7 @@ fn grid_mode_is_exact_to_the_last_bit() {
         let levels = if scene.instances.len() > 1 { Levels::Two } else { Levels::One };
         let method = if seed % 2 == 0 { Method::Binned } else { Method::Sbvh };
         let accel = compile(scene.clone(), &options(method, levels), &Executor::sequential(), &NoProgress);
-        let image = Image::new(&accel.expect("a tree"));
+        let image = Image::new(&accel.expect("a tree"), &Executor::current());
         let oracle = Oracle::of_file(&scene, &image.view());
         for ray in &rays {
             let answer = oracle.trace(ray);

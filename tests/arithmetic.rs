@@ -5,17 +5,21 @@ mod common;
 use bvhc::build::{BuildOptions, Executor, NoProgress, Preset, compile};
 use bvhc::cache::Image;
 use bvhc::geom::{Affine, Ray};
+use bvhc::random::Random;
 use bvhc::scene::Scene;
 use bvhc::trace::arithmetic::{Arithmetic, BoxArithmetic, TriangleArithmetic, closest_hit_by};
 use bvhc::trace::brute::Oracle;
-use bvhc::trace::rays::{Random, RaySet, Sampler};
+use bvhc::trace::rays::{RaySet, Sampler};
 use bvhc::trace::{NoObserver, closest_hit, try_closest_hit};
 use bvhc::verify::accuracy::{Measure, Report, Row, measure};
 use common::meshes::{cube, place, scene_of, sphere};
 
 fn image(scene: &Scene) -> Image {
     let exec = Executor::new(0).expect("threads");
-    Image::new(&compile(scene.clone(), &BuildOptions::preset(Preset::Best), &exec, &NoProgress).expect("a tree"))
+    Image::new(
+        &compile(scene.clone(), &BuildOptions::preset(Preset::Best), &exec, &NoProgress).expect("a tree"),
+        &Executor::current(),
+    )
 }
 
 fn report(scene: &Scene) -> Report {

@@ -62,8 +62,8 @@ fn long_every_tree_of_every_model_is_valid() {
         for preset in [Preset::Draft, Preset::Best] {
             let accel =
                 build::compile(scene.clone(), &BuildOptions::preset(preset), &exec, &NoProgress).expect("a tree");
-            let image = Image::new(&accel);
-            let (report, seconds) = timed(|| check_image(&image, &Limits::default()));
+            let image = Image::new(&accel, &Executor::current());
+            let (report, seconds) = timed(|| check_image(&image, &Limits::default(), &Executor::current()));
             let name = file.file_name().unwrap().to_string_lossy();
             let speed = bytes(&image) as f64 / seconds * 1e-9;
             println!("{name} {preset:?}: {} bytes, {speed:.2} GB/s, {}", bytes(&image), show(&report));
@@ -91,11 +91,11 @@ fn long_check_of_everything_in_gigabytes_a_second() {
         for preset in [Preset::Draft, Preset::Best] {
             let options = BuildOptions::preset(preset);
             let accel = build::compile(scene.clone(), &options, &exec, &NoProgress).expect("a tree");
-            let image = Image::new(&accel);
-            let file = to_bytes(&image, &Meta::default(), &WriteOptions::default()).unwrap();
+            let image = Image::new(&accel, &Executor::current());
+            let file = to_bytes(&image, &Meta::default(), &WriteOptions::default(), &Executor::current()).unwrap();
             // Systems count processor time in steps of some milliseconds: check small files as often as makes that small.
             let often = 1 + 200_000_000 / file.len();
-            let check = || check_bytes(&file, Level::Tree, None, &Limits::default());
+            let check = || check_bytes(&file, Level::Tree, None, &Limits::default(), &Executor::current());
             let runs = (0..3).map(|_| timed(|| (1..often).fold(check(), |_, _| check())));
             let (report, seconds) = runs.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
             let (len, speed) = (file.len(), (file.len() * often) as f64 / seconds * 1e-9);

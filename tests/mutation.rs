@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use bvhc::cache::check::{Level, Limits, check_bytes};
 use bvhc::cache::{Cache, OpenOptions, rules};
+use bvhc::exec::Executor;
 use bvhc::geom::Ray;
 use bvhc::trace::{NoObserver, try_any_hit, try_closest_hit};
 use common::vectors::{bytes as vectors_bytes, invalid, valid};
@@ -17,7 +18,7 @@ fn lines(report: &bvhc::cache::check::Report) -> String {
 #[test]
 fn every_valid_vector_is_clean() {
     for v in valid::all() {
-        let report = check_bytes(&v.bytes, Level::Source, None, &Limits::default());
+        let report = check_bytes(&v.bytes, Level::Source, None, &Limits::default(), &Executor::current());
         assert!(report.is_valid(), "{}:{}", v.name, lines(&report));
         let ancillary = v.name == "unknown-ancillary-section";
         assert_eq!(report.is_clean(), !ancillary, "{}:{}", v.name, lines(&report));
@@ -75,7 +76,7 @@ fn each_of_20_000_bit_flips_is_detected() {
         let mut bytes = v.bytes.clone();
         let (at, bit) = (dice.below(bytes.len()), dice.below(8));
         bytes[at] ^= 1 << bit;
-        let report = check_bytes(&bytes, Level::Hash, None, &Limits::default());
+        let report = check_bytes(&bytes, Level::Hash, None, &Limits::default(), &Executor::current());
         assert!(!report.is_valid(), "{}: bit {bit} of byte {at} flips unseen", v.name);
     }
 }
@@ -86,12 +87,12 @@ fn every_truncation_and_any_appended_byte_is_detected() {
         // Each length of the small files; of the larger ones every length up to the sections, then every 61st.
         let lengths = (0..v.bytes.len()).filter(|l| v.bytes.len() < 6000 || *l < 1300 || l % 61 == 0);
         for len in lengths {
-            let report = check_bytes(&v.bytes[..len], Level::Quick, None, &Limits::default());
+            let report = check_bytes(&v.bytes[..len], Level::Quick, None, &Limits::default(), &Executor::current());
             assert!(!report.is_valid(), "{} cut to {len} bytes passes", v.name);
         }
         for byte in [0, 1, 255] {
             let longer = [&v.bytes[..], &[byte]].concat();
-            let report = check_bytes(&longer, Level::Quick, None, &Limits::default());
+            let report = check_bytes(&longer, Level::Quick, None, &Limits::default(), &Executor::current());
             assert_eq!(report.count(&rules::E0106), 1, "{} with a byte {byte} behind it passes", v.name);
         }
     }
@@ -103,7 +104,7 @@ fn unaligned_bytes_are_checked_like_aligned_ones() {
     for shift in 0..9 {
         let mut shifted = vec![0; shift];
         shifted.extend(&v);
-        let report = check_bytes(&shifted[shift..], Level::Tree, None, &Limits::default());
+        let report = check_bytes(&shifted[shift..], Level::Tree, None, &Limits::default(), &Executor::current());
         assert!(report.is_clean(), "shifted by {shift}:{}", lines(&report));
     }
 }
@@ -114,7 +115,7 @@ fn a_ladder_of_shared_pairs_is_refused_at_once() {
     let start = std::time::Instant::now();
     let bytes = invalid::ladder();
     assert!(bytes.len() < 8192);
-    let report = check_bytes(&bytes, Level::Tree, None, &Limits::default());
+    let report = check_bytes(&bytes, Level::Tree, None, &Limits::default(), &Executor::current());
     assert!(report.count(&rules::E0404) > 0, "{}", lines(&report));
     assert!(start.elapsed().as_secs_f64() < 1.0);
 }
@@ -131,7 +132,8 @@ fn findings_are_capped_but_all_are_counted() {
         }
     }
     let bytes = vectors_bytes::refix(bytes);
-    let report = check_bytes(&bytes, Level::Tree, None, &Limits { max_issues: 3, ..Limits::default() });
+    let report =
+        check_bytes(&bytes, Level::Tree, None, &Limits { max_issues: 3, ..Limits::default() }, &Executor::current());
     let stored = report.findings.iter().filter(|f| f.rule == &rules::E0416).count();
     assert_eq!((stored, report.count(&rules::E0416), report.truncated()), (3, 8, 5));
     // Each finding says where in the file the record stands.
@@ -154,7 +156,7 @@ fn reports_do_not_depend_on_threads() {
     let bytes = vectors_bytes::refix(bytes);
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| check_bytes(&bytes, Level::Tree, None, &Limits::default()).findings)
+        pool.install(|| check_bytes(&bytes, Level::Tree, None, &Limits::default(), &Executor::current()).findings)
     };
     let one = run(1);
     assert!(one.len() > 50);
@@ -190,7 +192,7 @@ fn damage_and_repair(rounds: usize, seed: u64) {
         }
         let bytes = vectors_bytes::refix(bytes);
         let limits = Limits { max_memory: 64 << 20, ..Limits::default() };
-        let report = check_bytes(&bytes, Level::Tree, None, &limits);
+        let report = check_bytes(&bytes, Level::Tree, None, &limits, &Executor::current());
         if report.is_valid() {
             accepted += 1;
             trace_some(&bytes, &mut dice, round);

@@ -6,8 +6,9 @@ mod common;
 use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset, compile};
 use bvhc::cache::Image;
 use bvhc::geom::{Affine, Ray};
+use bvhc::random::Random;
 use bvhc::scene::{Instance, Mesh, Part, ReadOptions, Scene, read};
-use bvhc::trace::rays::{Random, Sampler};
+use bvhc::trace::rays::Sampler;
 use bvhc::verify::opencl::{Context, Fault, OpenCl, Options, list_devices};
 use bvhc::verify::{Cpu, Device, DeviceError, HitRecord, Query};
 use common::devices::opencl;
@@ -25,7 +26,10 @@ fn soft() -> Option<&'static Context> {
 
 fn build(scene: &Scene, method: Method, levels: Levels) -> Image {
     let options = BuildOptions { method, levels, ..BuildOptions::preset(Preset::Best) };
-    Image::new(&compile(scene.clone(), &options, &Executor::new(0).expect("threads"), &NoProgress).expect("a tree"))
+    Image::new(
+        &compile(scene.clone(), &options, &Executor::new(0).expect("threads"), &NoProgress).expect("a tree"),
+        &Executor::current(),
+    )
 }
 
 /// Rays of every set.

@@ -5,10 +5,11 @@ use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset, build_tree
 use bvhc::cache::Image;
 use bvhc::cache::check::{Limits, check_image};
 use bvhc::geom::{Affine, Point};
+use bvhc::random::Random;
 use bvhc::scene::{Instance, Mesh, Part, Scene};
 use bvhc::trace::brute::Oracle;
 use bvhc::trace::compare::compare;
-use bvhc::trace::rays::{Random, RaySet, Sampler};
+use bvhc::trace::rays::{RaySet, Sampler};
 use bvhc::tree::{Accel, Tree, quality};
 
 type Corners = [Point; 3];
@@ -35,7 +36,7 @@ fn build(mesh: &Mesh, options: &BuildOptions, jobs: usize) -> Tree {
 }
 
 fn image_of(mesh: &Mesh, tree: Tree) -> Image {
-    Image::new(&Accel { meshes: vec![mesh.clone()], blases: vec![tree], ..Accel::default() })
+    Image::new(&Accel { meshes: vec![mesh.clone()], blases: vec![tree], ..Accel::default() }, &Executor::current())
 }
 
 fn needles(count: usize, extent: f64) -> Vec<Corners> {
@@ -100,7 +101,7 @@ fn trees_are_valid_and_keep_to_the_budget_on_every_scene() {
                 let mut seen = vec![false; triangles.len()];
                 tree.refs.iter().for_each(|r| seen[*r as usize] = true);
                 assert!(seen.iter().all(|s| *s), "{name}, {method}: a triangle is lost");
-                let report = check_image(&image_of(&mesh, tree), &Limits::default());
+                let report = check_image(&image_of(&mesh, tree), &Limits::default(), &Executor::current());
                 assert!(report.is_valid(), "{name}, {method}, share {share}: {report:?}");
             }
         }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use bvhc::cache::check::{Level, Limits, check_bytes};
 use bvhc::cache::{Cache, rules};
+use bvhc::exec::Executor;
 use common::vectors::{self, bytes};
 
 fn folder() -> PathBuf {
@@ -58,7 +59,8 @@ fn committed_vectors_are_judged_as_their_names_say() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(rule.vector());
         let file = std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let max_memory = if rule == &rules::E0127 { 1000 } else { 1 << 30 };
-        let report = check_bytes(&file, Level::Tree, None, &Limits { max_memory, ..Limits::default() });
+        let report =
+            check_bytes(&file, Level::Tree, None, &Limits { max_memory, ..Limits::default() }, &Executor::current());
         let at_source = rule.id.starts_with("E06");
         assert_eq!(report.count(rule) > 0, !at_source, "{}", rule.id);
         assert!(report.is_clean() || !at_source, "{}", rule.id);

@@ -19,12 +19,15 @@ use common::scenes::sample;
 fn build(scene: &Scene) -> Image {
     let levels = if scene.instances.len() > 1 { Levels::Two } else { Levels::One };
     let options = BuildOptions { method: Method::Sbvh, levels, ..BuildOptions::preset(Preset::Best) };
-    Image::new(&compile(scene.clone(), &options, &Executor::new(0).expect("threads"), &NoProgress).expect("a tree"))
+    Image::new(
+        &compile(scene.clone(), &options, &Executor::new(0).expect("threads"), &NoProgress).expect("a tree"),
+        &Executor::current(),
+    )
 }
 
 /// Written and opened again, with hashes that agree: the container cannot tell.
 fn stored(image: &Image) -> Cache {
-    let bytes = to_bytes(image, &Meta::default(), &WriteOptions::default()).expect("a file");
+    let bytes = to_bytes(image, &Meta::default(), &WriteOptions::default(), &Executor::current()).expect("a file");
     Cache::from_bytes(&bytes, &OpenOptions::default()).expect("a valid container")
 }
 

@@ -17,7 +17,10 @@ fn assert_tight(name: &str, mesh: &Mesh, rays: u64) {
     for (method, label, share) in [(Method::Binned, "binned", rays / 4), (Method::Sbvh, "sbvh", rays - rays / 4)] {
         let options = BuildOptions { method, ..BuildOptions::preset(Preset::Best) };
         let exec = Executor::new(0).expect("threads");
-        let image = Image::new(&compile(scene_of(mesh.clone()), &options, &exec, &NoProgress).expect("a tree"));
+        let image = Image::new(
+            &compile(scene_of(mesh.clone()), &options, &exec, &NoProgress).expect("a tree"),
+            &Executor::current(),
+        );
         let found = escapes(&mut Cpu::new(image.view()), mesh, &eyes, share, 1).expect("a walk");
         println!("{name}, {label}: {} rays at edges and vertices, {} escaped", found.rays, found.escaped);
         assert_eq!((found.rays, found.escaped), (share, 0), "{name}, {label}: {:?}", found.first);

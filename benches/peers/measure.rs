@@ -133,8 +133,9 @@ fn ours(mesh: &Mesh, recipe: &Recipe, threads: usize) -> (f64, Tree) {
 
 fn judge(scene: &Scene, mesh: &Mesh, entries: Vec<Entry>, effort: Effort) -> Measured {
     let exec = Executor::new(0).expect("threads");
-    let image_of =
-        |tree: Tree| Image::new(&Accel { meshes: vec![mesh.clone()], blases: vec![tree], ..Accel::default() });
+    let image_of = |tree: Tree| {
+        Image::new(&Accel { meshes: vec![mesh.clone()], blases: vec![tree], ..Accel::default() }, &Executor::current())
+    };
 
     // The rays come from a tree of our own, so that they depend on no choice of recipes.
     let draft = build_tree(mesh, &BuildOptions::preset(Preset::Draft), &exec, &NoProgress).expect("a tree");

@@ -10,6 +10,7 @@ mod vectors;
 
 use std::sync::OnceLock;
 
+use bvhc::exec::Executor;
 use bvhc::cache::check::{Level, Limits, check_bytes};
 use libfuzzer_sys::fuzz_target;
 
@@ -28,6 +29,6 @@ fuzz_target!(|input: &[u8]| {
     }
     let bytes = vectors::bytes::refix(bytes);
     let limits = Limits { max_memory: 64 << 20, ..Limits::default() };
-    let report = check_bytes(&bytes, Level::Tree, None, &limits);
+    let report = check_bytes(&bytes, Level::Tree, None, &limits, &Executor::current());
     trace::agree(&bytes, report.is_valid());
 });

@@ -5,7 +5,7 @@
 //! 1990). A top-down builder compares, at one node, a leaf `C_I·N` with a split `C_T + C_I·(A_L·N_L + A_R·N_R)/A`. What
 //! differs between two splits of the same node is only `A_L·N_L + A_R·N_R`, here called the split's *weight*.
 
-use super::lanes::Lanes;
+use crate::simd::Lanes;
 
 /// The two constants.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -21,6 +21,4 @@ pub enum BuildError {
          help: Scale the scene down."
     , limit = f32::MAX)]
     OutOfRange { instance: usize, mesh: u32 },
-    #[error("Cannot start {jobs} threads: {reason}.\nhelp: Ask for fewer with --jobs.")]
-    Threads { jobs: usize, reason: String },
 }

@@ -12,8 +12,6 @@ mod bonsai;
 mod compile;
 mod cost;
 mod error;
-mod exec;
-mod lanes;
 pub mod passes;
 mod presplit;
 mod prim_ref;
@@ -24,12 +22,14 @@ mod search;
 mod spatial;
 mod sweep;
 mod top_down;
+#[cfg(test)]
+mod wide_door;
 
+pub use crate::exec::Executor;
 pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
 pub use compile::{LaidOut, MAX_INSTANCES, bytes_to_reserve, compile, lay_out, primitives_to_build, tlas};
 pub use cost::Sah;
 pub use error::BuildError;
-pub use exec::Executor;
 pub use prim_ref::{PrimRef, PrimRefs};
 pub use progress::{NoProgress, Progress};
 pub use recipe::names::Named;

@@ -1,8 +1,8 @@
-use super::exec::Executor;
-use super::lanes::{LaneBox, Lanes};
 use super::top_down::partition::bounds_of;
+use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::scene::Mesh;
+use crate::simd::{LaneBox, Lanes};
 
 /// A primitive reference: the box of a primitive, or of the part of it that belongs to a node.
 ///
@@ -23,6 +23,12 @@ pub struct PrimRef {
 const _: () = assert!(size_of::<PrimRef>() == 32);
 
 impl PrimRef {
+    /// The box with the two integers in the fourth lanes.
+    #[inline(always)]
+    pub(super) fn lanes(&self) -> LaneBox {
+        *bytemuck::cast_ref(self)
+    }
+
     /// Negative zeros become positive ones: minima and maxima then have the same bits in whatever order they are taken.
     #[inline]
     pub fn new(bounds: &Aabb, prim: u32) -> PrimRef {

@@ -6,7 +6,7 @@
 //! the range rather than from fixed bits suits both Morton codes of a scene that fills a corner of its box and the bit
 //! patterns of floats, most of which share an exponent.
 
-use super::exec::Executor;
+use crate::exec::Executor;
 
 /// What can be sorted: the whole item is ordered, and its prefix never contradicts that order.
 pub(super) trait RadixKey: bytemuck::Zeroable + Copy + Ord + Send + Sync {

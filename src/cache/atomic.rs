@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::error::CacheError;
-use super::names::clip;
+use super::CacheError;
+use bvhc_core::cache::parts::clip;
 
 const SUFFIX: &str = ".bvhc-tmp";
 

@@ -3,13 +3,12 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use super::container::{is_known_codec, is_understood};
-use super::error::{CacheError, Fault};
-use super::header::{MIN_MINOR, MINOR};
-use super::reader::{Cache, OpenOptions, Validation};
-use super::section::section_flags;
+use bvhc_core::cache::parts::{Fault, is_known_codec, is_understood};
+
 use super::writer::{Codec, Form, Piece, Sealed, WriteOptions, WriteSummary};
+use super::{Cache, CacheError, MIN_MINOR, MINOR, OpenOptions, Validation, section_flags};
 use super::{Header, SectionKind, atomic, keys};
+use crate::exec::Executor;
 
 /// What a conversion did.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,11 +40,12 @@ pub fn convert(
     to: &Path,
     open: &OpenOptions,
     options: &ConvertOptions,
+    exec: &Executor,
 ) -> Result<ConvertSummary, CacheError> {
     let validation = open.validation.max(Validation::Hash);
-    let cache = Cache::open_with(from, &OpenOptions { validation, ..*open })?;
+    let cache = Cache::open_on(from, &OpenOptions { validation, ..*open }, exec)?;
     let name = from.display().to_string();
-    let (sealed, dropped) = repack(&cache, &name, options)?;
+    let (sealed, dropped) = repack(&cache, &name, options, exec)?;
     atomic::replace(to, |file| sealed.write_to(file))?;
     Ok(ConvertSummary { written: sealed.summary(), dropped })
 }
@@ -54,6 +54,7 @@ fn repack<'a>(
     cache: &'a Cache,
     name: &str,
     options: &ConvertOptions,
+    exec: &Executor,
 ) -> Result<(Sealed<'a>, Vec<SectionKind>), CacheError> {
     // Keep what is understood or may be copied unread.
     let (mut pieces, mut dropped) = (Vec::new(), Vec::new());
@@ -71,7 +72,7 @@ fn repack<'a>(
         let data = cache.section_bytes(i).filter(|_| is_known_codec(entry.codec));
         pieces.push(match data {
             Some(data) => Piece { entry: *entry, data: Cow::Borrowed(data), form: Form::Decoded },
-            None => Piece { entry: *entry, data: Cow::Borrowed(cache.stored(i)), form: Form::Stored },
+            None => Piece { entry: *entry, data: Cow::Borrowed(cache.stored_bytes(i)), form: Form::Stored },
         });
     }
 
@@ -91,7 +92,7 @@ fn repack<'a>(
         ..*cache.header()
     };
     let sealed =
-        Sealed::new(header, pieces, options.write.codec).map_err(CacheError::io("compress", Path::new(name)))?;
+        Sealed::new(header, pieces, options.write.codec, exec).map_err(CacheError::io("compress", Path::new(name)))?;
     Ok((sealed, dropped))
 }
 

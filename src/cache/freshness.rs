@@ -6,11 +6,9 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
-use super::error::CacheError;
-use super::head::Head;
 use super::keys::{InputHash, Recipe};
-use super::meta::{Dependency, Meta};
-use super::reader::OpenOptions;
+use super::{CacheError, Dependency, Head, Meta, OpenOptions};
+use crate::exec::Executor;
 
 /// What [`freshness`] found.
 #[derive(Debug)]
@@ -76,26 +74,26 @@ impl fmt::Display for Staleness {
 /// Hold the cache at `path` against what a build of `model` by `recipe` would write.
 ///
 /// Reads the cache's header and META, and every byte of the inputs whose length is unchanged; costs what hashing them costs.
-pub fn freshness(path: &Path, model: &Path, recipe: &Recipe) -> Freshness {
-    match compare(path, model, recipe) {
+pub fn freshness(path: &Path, model: &Path, recipe: &Recipe, exec: &Executor) -> Freshness {
+    match compare(path, model, recipe, exec) {
         Ok((head, inputs)) => Freshness::Fresh { head: Box::new(head), inputs },
         Err(why) => Freshness::Stale(why),
     }
 }
 
 /// [`freshness`] for a model that is in memory and names no other files.
-pub fn freshness_of_bytes(path: &Path, model: &[u8], recipe: &Recipe) -> Freshness {
-    match compare_bytes(path, model, recipe) {
+pub fn freshness_of_bytes(path: &Path, model: &[u8], recipe: &Recipe, exec: &Executor) -> Freshness {
+    match compare_bytes(path, model, recipe, exec) {
         Ok(head) => Freshness::Fresh { head: Box::new(head), inputs: Vec::new() },
         Err(why) => Freshness::Stale(why),
     }
 }
 
-fn compare_bytes(path: &Path, model: &[u8], recipe: &Recipe) -> Result<Head, Staleness> {
+fn compare_bytes(path: &Path, model: &[u8], recipe: &Recipe, exec: &Executor) -> Result<Head, Staleness> {
     let head = read_head(path)?;
     let meta = meta_of(&head)?;
     compare_recipe(meta, recipe)?;
-    let blake3 = *blake3::Hasher::new().update_rayon(model).finalize().as_bytes();
+    let blake3 = exec.hash(model);
     let input = InputHash { role: Dependency::MODEL, len: model.len() as u64, blake3 };
     let same = |d: &Dependency| (d.role, d.len, d.blake3) == (input.role, input.len, input.blake3);
     if !matches!(&meta.dependencies[..], [only] if same(only)) {
@@ -117,7 +115,7 @@ fn meta_of(head: &Head) -> Result<&Meta, Staleness> {
     head.meta.as_ref().ok_or_else(why)
 }
 
-fn compare(path: &Path, model: &Path, recipe: &Recipe) -> Result<(Head, Vec<PathBuf>), Staleness> {
+fn compare(path: &Path, model: &Path, recipe: &Recipe, exec: &Executor) -> Result<(Head, Vec<PathBuf>), Staleness> {
     let head = read_head(path)?;
     let meta = meta_of(&head)?;
     compare_recipe(meta, recipe)?;
@@ -128,7 +126,7 @@ fn compare(path: &Path, model: &Path, recipe: &Recipe) -> Result<(Head, Vec<Path
     for dependency in &meta.dependencies {
         let input =
             if dependency.role == Dependency::MODEL { model.to_owned() } else { beside(folder, &dependency.name)? };
-        hashes.push(InputHash { role: dependency.role, ..unchanged(dependency, &input)? });
+        hashes.push(InputHash { role: dependency.role, ..unchanged(dependency, &input, exec)? });
         inputs.push(input);
     }
     if recipe.build_key(hashes) != head.header.build_key {
@@ -166,22 +164,22 @@ fn beside(folder: &Path, name: &str) -> Result<PathBuf, Staleness> {
 }
 
 /// Length and hash of a file, if they are what META says; the file is not read where its length tells already.
-fn unchanged(dependency: &Dependency, path: &Path) -> Result<InputHash, Staleness> {
+fn unchanged(dependency: &Dependency, path: &Path, exec: &Executor) -> Result<InputHash, Staleness> {
     let missing = |_| Staleness::InputMissing { name: dependency.name.clone() };
     let changed = || Staleness::InputChanged { name: dependency.name.clone() };
     let metadata = std::fs::metadata(path).map_err(missing)?;
     if !metadata.is_file() || metadata.len() != dependency.len {
         return Err(changed());
     }
-    let (len, blake3) = hash_file(path).map_err(missing)?;
+    let (len, blake3) = hash_file(path, exec).map_err(missing)?;
     if (len, blake3) != (dependency.len, dependency.blake3) {
         return Err(changed());
     }
     Ok(InputHash { role: dependency.role, len, blake3 })
 }
 
-/// Length and BLAKE3 of a file, read in pieces and hashed on all cores. Not mapped: another program may be rewriting it.
-pub fn hash_file(path: &Path) -> io::Result<(u64, [u8; 32])> {
+/// Length and BLAKE3 of a file, read in pieces and hashed on all threads. Not mapped: another program may be rewriting it.
+pub fn hash_file(path: &Path, exec: &Executor) -> io::Result<(u64, [u8; 32])> {
     let mut file = File::open(path)?;
     let mut hasher = blake3::Hasher::new();
     let size = file.metadata()?.len().clamp(1, 4 << 20) as usize;
@@ -194,11 +192,7 @@ pub fn hash_file(path: &Path) -> io::Result<(u64, [u8; 32])> {
             Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
             Err(e) => return Err(e),
         };
-        if n < 128 << 10 {
-            hasher.update(&piece[..n])
-        } else {
-            hasher.update_rayon(&piece[..n])
-        };
+        exec.update_hash(&mut hasher, &piece[..n]);
         len += n as u64;
     }
 }

@@ -1,13 +1,8 @@
-use super::names::clip_name;
-use super::records::{BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, tree_flags};
-use super::view::View;
+use super::{BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, View, clip_name, tree_flags};
+use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::Mesh;
 use crate::tree::{Accel, Node, Tree, quality};
-use rayon::prelude::*;
-
-/// Fewest records that are worth a task.
-const RUN: usize = 1 << 13;
 
 /// The content of a cache file in memory, ready to be written or traversed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,10 +21,10 @@ pub struct Image {
 
 impl Image {
     /// Lay out trees and geometry as the file's records.
-    pub fn new(accel: &Accel) -> Image {
+    pub fn new(accel: &Accel, exec: &Executor) -> Image {
         let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
         for (mesh, tree) in accel.meshes.iter().zip(&accel.blases) {
-            image.push_blas(mesh, tree);
+            image.push_blas(mesh, tree, exec);
         }
         let any_duplicates = image.blases.iter().any(|b| b.flags & tree_flags::DUP_REFS != 0);
         image.flags |= if any_duplicates { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE };
@@ -42,14 +37,14 @@ impl Image {
     }
 
     /// One tree over a mesh in world space.
-    pub fn of_tree(mesh: &Mesh, tree: &Tree) -> Image {
+    pub fn of_tree(mesh: &Mesh, tree: &Tree, exec: &Executor) -> Image {
         let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
-        image.push_blas(mesh, tree);
+        image.push_blas(mesh, tree, exec);
         image.flags |= image.blases[0].flags;
         image
     }
 
-    fn push_blas(&mut self, mesh: &Mesh, tree: &Tree) {
+    fn push_blas(&mut self, mesh: &Mesh, tree: &Tree, exec: &Executor) {
         let blas = self.blases.len() as u32;
         let first_geom = self.geoms.len() as u32;
         self.names.extend(mesh.parts.iter().map(|part| clip_name(&part.name).to_owned()));
@@ -90,10 +85,11 @@ impl Image {
         });
         self.nodes.extend_from_slice(&tree.nodes);
         // Corners are read from all over the mesh: side by side, the waits overlap.
-        self.triangles.par_extend(tree.refs.par_iter().with_min_len(RUN).map(|&r| {
-            let flags = if uses[r as usize] > 1 { TriangleRecord::DUPLICATED } else { 0 };
-            triangle_record(mesh, r as usize, first_geom, flags)
-        }));
+        exec.append(&mut self.triangles, tree.refs.len(), |i| {
+            let r = tree.refs[i] as usize;
+            let flags = if uses[r] > 1 { TriangleRecord::DUPLICATED } else { 0 };
+            triangle_record(mesh, r, first_geom, flags)
+        });
     }
 
     pub fn view(&self) -> View<'_> {

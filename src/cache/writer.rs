@@ -9,10 +9,12 @@ use std::path::Path;
 
 use bytemuck::{Zeroable, bytes_of, cast_slice};
 
-use super::error::CacheError;
-use super::header::{Header, MAGIC, MAJOR, MIN_MINOR, MINOR, builder_id};
-use super::section::{KINDS, SectionEntry, SectionKind};
-use super::{Image, Meta, atomic, container, keys, names, pack, tree_flags};
+use bvhc_core::cache::parts::{check_tree_flags, encode_names, pack};
+
+use super::{CacheError, Limited};
+use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, MINOR, SectionEntry, SectionKind, builder_id};
+use super::{Image, Meta, atomic, keys, tree_flags};
+use crate::exec::Executor;
 use crate::tree::max_depth;
 
 /// How sections are stored.
@@ -42,8 +44,14 @@ pub struct WriteSummary {
 ///
 /// Bytes go to a temporary file beside it, which is synced and renamed. An existing file's permissions are kept; a symbolic
 /// link stays one, and what it points to is replaced. Temporary files that killed writers of the same `path` left are removed.
-pub fn write_file(path: &Path, image: &Image, meta: &Meta, options: &WriteOptions) -> Result<WriteSummary, CacheError> {
-    let sealed = seal(&path.display().to_string(), image, meta, options)?;
+pub fn write_file(
+    path: &Path,
+    image: &Image,
+    meta: &Meta,
+    options: &WriteOptions,
+    exec: &Executor,
+) -> Result<WriteSummary, CacheError> {
+    let sealed = seal(&path.display().to_string(), image, meta, options, exec)?;
     atomic::replace(path, |file| sealed.write_to(file))?;
     Ok(sealed.summary())
 }
@@ -54,33 +62,36 @@ pub fn write_to(
     image: &Image,
     meta: &Meta,
     options: &WriteOptions,
+    exec: &Executor,
 ) -> Result<WriteSummary, CacheError> {
     let name = "the cache";
-    let sealed = seal(name, image, meta, options)?;
+    let sealed = seal(name, image, meta, options, exec)?;
     sealed.write_to(sink).map_err(CacheError::io("write", Path::new(name)))?;
     Ok(sealed.summary())
 }
 
 /// A file's bytes.
-pub fn to_bytes(image: &Image, meta: &Meta, options: &WriteOptions) -> Result<Vec<u8>, CacheError> {
-    let sealed = seal("the cache", image, meta, options)?;
+pub fn to_bytes(image: &Image, meta: &Meta, options: &WriteOptions, exec: &Executor) -> Result<Vec<u8>, CacheError> {
+    let sealed = seal("the cache", image, meta, options, exec)?;
     let mut bytes = Vec::with_capacity(usize::try_from(sealed.header.file_len).unwrap_or(0));
     sealed.write_to(&mut bytes).map_err(CacheError::io("write", Path::new("the cache")))?;
     Ok(bytes)
 }
 
-fn seal<'a>(name: &str, image: &'a Image, meta: &Meta, options: &WriteOptions) -> Result<Sealed<'a>, CacheError> {
+fn seal<'a>(
+    name: &str,
+    image: &'a Image,
+    meta: &Meta,
+    options: &WriteOptions,
+    exec: &Executor,
+) -> Result<Sealed<'a>, CacheError> {
     let unwritable = |detail| CacheError::Unwritable { name: name.to_owned(), detail };
-    let too_large = |detail| CacheError::Limit {
-        name: name.to_owned(),
-        detail,
-        help: "split the scene into several models, or shorten its names",
-    };
+    let too_large = |detail| CacheError::Limit { name: name.to_owned(), detail, limit: Limited::Format };
     let meta_bytes = meta.encode().map_err(too_large)?;
     let header = describe(image, meta).map_err(unwritable)?;
 
     // Line up the sections in the registry's order.
-    let names = if image.names.len() == image.geoms.len() { names::encode(&image.names) } else { None };
+    let names = if image.names.len() == image.geoms.len() { encode_names(&image.names) } else { None };
     let two_level = header.has(tree_flags::TWO_LEVEL);
     let mut pieces = Vec::new();
     for rule in &KINDS {
@@ -108,12 +119,12 @@ fn seal<'a>(name: &str, image: &'a Image, meta: &Meta, options: &WriteOptions) -
         };
         pieces.push(Piece { entry, data, form: Form::Decoded });
     }
-    Sealed::new(header, pieces, options.codec).map_err(CacheError::io("compress", Path::new(name)))
+    Sealed::new(header, pieces, options.codec, exec).map_err(CacheError::io("compress", Path::new(name)))
 }
 
 /// The header's facts; identities and layout follow in [`Sealed::new`].
 fn describe(image: &Image, meta: &Meta) -> Result<Header, String> {
-    container::check_tree_flags(image.flags).map_err(|fault| fault.detail)?;
+    check_tree_flags(image.flags).map_err(|fault| fault.detail)?;
     let live = |count: u64| count.saturating_sub(1);
     let two_level = image.flags & tree_flags::TWO_LEVEL != 0;
     if !two_level && (image.blases.len() > 1 || !image.instances.is_empty() || !image.tlas_nodes.is_empty()) {
@@ -172,7 +183,7 @@ pub(super) struct Sealed<'a> {
 
 impl<'a> Sealed<'a> {
     /// Pack, hash, lay out and sign.
-    pub fn new(mut header: Header, pieces: Vec<Piece<'a>>, codec: Codec) -> io::Result<Sealed<'a>> {
+    pub fn new(mut header: Header, pieces: Vec<Piece<'a>>, codec: Codec, exec: &Executor) -> io::Result<Sealed<'a>> {
         let (mut entries, mut stored) = (Vec::with_capacity(pieces.len()), Vec::with_capacity(pieces.len()));
         let mut end = (Header::LEN + pieces.len() * SectionEntry::LEN) as u64;
         for piece in pieces {
@@ -180,13 +191,13 @@ impl<'a> Sealed<'a> {
             if form == Form::Decoded {
                 entry.codec = SectionEntry::RAW;
                 entry.raw_len = data.len() as u64;
-                entry.raw_hash = hash(&data);
+                entry.raw_hash = exec.hash(&data);
                 entry.stored_hash = entry.raw_hash;
                 if let Codec::Zstd { level } = codec
-                    && let Some(packed) = pack::pack(&data, level)?
+                    && let Some(packed) = pack(&data, level, exec)?
                 {
                     entry.codec = SectionEntry::ZSTD;
-                    entry.stored_hash = hash(&packed);
+                    entry.stored_hash = exec.hash(&packed);
                     data = packed.into();
                 }
             }
@@ -221,15 +232,4 @@ impl<'a> Sealed<'a> {
     pub fn summary(&self) -> WriteSummary {
         WriteSummary { header: self.header, sections: self.entries.clone() }
     }
-}
-
-/// BLAKE3 of a section, on all cores where it is large enough to pay.
-pub(super) fn hash(bytes: &[u8]) -> [u8; 32] {
-    let mut hasher = blake3::Hasher::new();
-    if bytes.len() < 128 << 10 {
-        hasher.update(bytes)
-    } else {
-        hasher.update_rayon(bytes)
-    };
-    *hasher.finalize().as_bytes()
 }

@@ -6,13 +6,13 @@ use super::failure::Failure;
 use super::figures;
 use super::names;
 use crate::build::{self, BuildError, BuildOptions, Levels, Named};
-use crate::cache::{Cache, CacheError, ErrorKind, Head, Meta, OpenOptions, Validation};
+use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, Meta, OpenOptions, Validation};
 use crate::scene::{self, Degenerate, ReadOptions, Scene, SceneError};
 use std::path::{Path, PathBuf};
 
 /// Open a file for walking its trees: the bytes are those that were written.
 pub fn open(path: &Path, context: &Context) -> Result<Cache, Failure> {
-    Cache::open_with(path, &options(context)).map_err(|e| failure(&e))
+    Cache::open_on(path, &options(context), &context.exec).map_err(|e| failure(&e))
 }
 
 /// Read a file's header, table and META.
@@ -54,14 +54,27 @@ pub fn failure(error: &CacheError) -> Failure {
         ErrorKind::Invalid => Exit::Negative,
         ErrorKind::Unsupported => Exit::Unsupported,
         ErrorKind::Limit => Exit::Limit,
-        ErrorKind::Internal => Exit::Internal,
+        _ => Exit::Internal,
     };
-    let failure = Failure::from_message(exit, &error.to_string());
+    let failure = Failure::new(exit, error.to_string());
     match error {
+        CacheError::Io { source, .. } => {
+            let failure = failure.fact(source.to_string());
+            if source.kind() == std::io::ErrorKind::NotFound { failure.help(MAKE_ONE) } else { failure }
+        }
         // Building "again" would write over what is most likely the model.
         CacheError::Invalid { rule: "E0102", .. } => failure.help(MAKE_ONE),
-        CacheError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => failure.help(MAKE_ONE),
-        _ => failure,
+        CacheError::Invalid { rule, .. } => {
+            failure.help(format!("bvhc explain {rule} · build it again: bvhc build MODEL -o FILE --force"))
+        }
+        CacheError::Unsupported { .. } => {
+            failure.help("use the bvhc that wrote it or a newer one, or rebuild with: bvhc build MODEL -o FILE --force")
+        }
+        CacheError::Limit { limit: Limited::Memory, .. } => {
+            failure.help("if you trust the file, raise the limit: --max-memory 32G")
+        }
+        CacheError::Limit { .. } => failure.help("split the scene into several models, or shorten its names"),
+        _ => failure.help("this is a fault of the program that called the writer; please report it"),
     }
 }
 
@@ -114,7 +127,6 @@ pub fn build_failure(error: &BuildError) -> Failure {
         BuildError::Option { .. } | BuildError::UnknownName { .. } => Exit::Usage,
         BuildError::OutOfRange { .. } => Exit::Model,
         BuildError::MeshIndex { .. } => Exit::Internal,
-        BuildError::Threads { .. } => Exit::Io,
     };
     Failure::from_message(exit, &error.to_string())
 }

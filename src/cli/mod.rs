@@ -26,6 +26,7 @@ mod progress;
 mod table;
 mod terminal;
 
+use crate::exec::{Executor, ThreadsError};
 use args::{Cli, Command, GlobalArgs};
 use clap::{CommandFactory, Parser};
 use exit::Exit;
@@ -38,6 +39,8 @@ use terminal::Terminal;
 pub struct Context {
     terminal: Terminal,
     global: GlobalArgs,
+    /// The threads of `--jobs`, for everything that the command does.
+    exec: Executor,
 }
 
 /// The clap definition with generated texts filled in.
@@ -54,12 +57,13 @@ pub fn run(args: Vec<OsString>) -> Exit {
     };
     let global = cli.global.clone();
     let terminal = Terminal::new(global.color, global.quiet, global.verbose, global.json);
-    let context = Context { terminal, global };
     note_panics();
     let outcome = guarded(|| {
         interrupt::install()?;
-        limit_threads(context.global.jobs)?;
-        dispatch(&cli.command, &context)
+        let exec = Executor::new(global.jobs).map_err(|e| threads_failure(&e))?;
+        let context = Context { terminal, global, exec };
+        // What still asks rayon's current pool is inside of ours.
+        context.exec.run(|| dispatch(&cli.command, &context))
     });
     outcome.unwrap_or_else(|failure| {
         terminal.error(&failure);
@@ -67,17 +71,10 @@ pub fn run(args: Vec<OsString>) -> Exit {
     })
 }
 
-/// Let everything that hashes, packs and checks keep to `--jobs` too.
-fn limit_threads(jobs: usize) -> Result<(), Failure> {
-    if jobs == 0 {
-        return Ok(());
-    }
-    let built = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
-    built.map_err(|e| {
-        Failure::new(Exit::Io, format!("cannot start {jobs} threads"))
-            .fact(e.to_string())
-            .help("ask for fewer with --jobs")
-    })
+fn threads_failure(error: &ThreadsError) -> Failure {
+    Failure::new(Exit::Io, format!("cannot start {} threads", error.jobs))
+        .fact(error.reason.clone())
+        .help("ask for fewer with --jobs")
 }
 
 fn dispatch(command: &Command, context: &Context) -> Result<Exit, Failure> {

@@ -1,7 +1,7 @@
 //! [`EpoReport`]: the end-point overlap of a file's trees.
 
-use crate::build::Executor;
 use crate::cache::{BlasView, View};
+use crate::exec::Executor;
 use crate::tree::quality::Subtrees;
 use crate::tree::quality::epo::{EndPointOverlap, MOST_VISITS, exact, exact_within, sampled};
 use serde::Serialize;
@@ -115,7 +115,7 @@ mod tests {
         let accel =
             |n: usize| Accel { meshes: vec![mesh.clone(); n], blases: vec![tree.clone(); n], ..Accel::default() };
         for copies in [1, 3] {
-            let image = Image::new(&accel(copies));
+            let image = Image::new(&accel(copies), &Executor::sequential());
             let report = EpoReport::of_view(&image.view(), EpoMode::Exact, &exec);
             assert!((report.value - expected).abs() < 1e-9 * expected && report.points == 0, "{report:?}, {expected}");
             let rough = EpoReport::of_view(&image.view(), EpoMode::Points(6000), &exec);

@@ -17,7 +17,8 @@
 //! # };
 //! # let nodes = vec![Node::leaf(mesh.triangle_box(0), 0, 1), Node { min: [0.0; 3], first: 0, max: [0.0; 3], count: 0 }];
 //! # let blases = vec![Tree { nodes, refs: vec![0] }];
-//! # let image = Image::new(&Accel { meshes: vec![mesh], blases, ..Accel::default() });
+//! # let exec = bvhc::exec::Executor::sequential();
+//! # let image = Image::new(&Accel { meshes: vec![mesh], blases, ..Accel::default() }, &exec);
 //! # let view = image.view();
 //! let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 0.5]);
 //! let hit = closest_hit(&view, &ray).expect("the triangle is right ahead");
@@ -30,22 +31,15 @@
 
 pub mod arithmetic;
 pub mod brute;
-mod cached;
 pub mod compare;
 pub mod exact;
-mod hit;
-mod intersect;
-mod lanes;
 mod lent;
-mod observe;
 pub mod probe;
 pub mod rays;
-mod slab;
-mod traverse;
 
-pub use hit::{Hit, Malformed};
-pub use lent::Lent;
 #[doc(hidden)]
-pub use observe::Fault;
-pub use observe::{Counters, NoObserver, Observer};
-pub use traverse::{any_hit, closest_hit, try_any_hit, try_closest_hit};
+pub use bvhc_core::trace::Fault;
+pub use bvhc_core::trace::{
+    Counters, FARTHEST, Hit, Malformed, NoObserver, Observer, any_hit, closest_hit, try_any_hit, try_closest_hit,
+};
+pub use lent::Lent;

@@ -6,7 +6,8 @@
 mod node;
 pub mod quality;
 
-pub use node::{MAX_DEPTH, Node, Tree, max_depth};
+pub use bvhc_core::layout::{MAX_DEPTH, Node, max_depth};
+pub use node::Tree;
 
 use crate::scene::{Instance, Mesh};
 

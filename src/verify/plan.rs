@@ -1,6 +1,7 @@
 use crate::geom::Ray;
+use crate::random::Random;
 use crate::trace::brute::{Oracle, Source};
-use crate::trace::rays::{Random, RaySet, Sampler};
+use crate::trace::rays::{RaySet, Sampler};
 use rayon::prelude::*;
 
 /// What to trace, and how much of it the oracle judges. Equal plans trace equal rays on any machine with any number of threads.

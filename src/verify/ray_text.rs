@@ -48,7 +48,7 @@ fn read_number(text: &str) -> Result<f32, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::rays::Random;
+    use crate::random::Random;
 
     fn bits(ray: &Ray) -> [u32; 8] {
         let [a, b, c] = ray.origin.map(f32::to_bits);

@@ -84,7 +84,10 @@ mod tests {
 
     fn build(scene: &Scene, levels: Levels) -> Image {
         let options = BuildOptions { levels, ..BuildOptions::default() };
-        Image::new(&compile(scene.clone(), &options, &Executor::sequential(), &NoProgress).expect("a tree"))
+        Image::new(
+            &compile(scene.clone(), &options, &Executor::sequential(), &NoProgress).expect("a tree"),
+            &Executor::sequential(),
+        )
     }
 
     #[test]

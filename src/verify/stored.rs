@@ -124,7 +124,10 @@ mod tests {
 
     fn build(scene: &Scene, method: Method, levels: Levels) -> Image {
         let options = BuildOptions { method, levels, split_budget: 2.0, ..BuildOptions::default() };
-        Image::new(&compile(scene.clone(), &options, &Executor::sequential(), &NoProgress).expect("a tree"))
+        Image::new(
+            &compile(scene.clone(), &options, &Executor::sequential(), &NoProgress).expect("a tree"),
+            &Executor::sequential(),
+        )
     }
 
     fn stored(image: &Image) -> Result<Scene, NotAScene> {

@@ -6,9 +6,9 @@
 
 use super::device::{Device, DeviceError, Query};
 use crate::geom::{Point, Ray};
+use crate::random::Random;
 use crate::scene::Mesh;
 use crate::trace::exact::{Ratio, meet};
-use crate::trace::rays::Random;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 
@@ -175,7 +175,7 @@ mod tests {
         let instance = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
         let scene = Scene { meshes: vec![mesh.clone()], instances: vec![instance], ..Scene::default() };
         let accel = compile(scene, &BuildOptions::default(), &Executor::sequential(), &NoProgress).expect("a tree");
-        let image = Image::new(&accel);
+        let image = Image::new(&accel, &Executor::sequential());
         escapes(&mut Cpu::new(image.view()), mesh, eyes, count, 1).expect("a walk")
     }
 
@@ -207,7 +207,7 @@ mod tests {
         let instance = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
         let scene = Scene { meshes: vec![part.clone()], instances: vec![instance], ..Scene::default() };
         let accel = compile(scene, &BuildOptions::default(), &Executor::sequential(), &NoProgress).expect("a tree");
-        let image = Image::new(&accel);
+        let image = Image::new(&accel, &Executor::sequential());
         escapes(&mut Cpu::new(image.view()), whole, eyes, 10_000, 1).expect("a walk")
     }
 

@@ -3,6 +3,7 @@
 use crate::common::faults::{Fault, plant};
 use crate::{Place, Said, repository, said};
 use bvhc::cache::{Cache, Image, Meta, WriteOptions, write_file};
+use bvhc::exec::Executor;
 
 /// A folder with `roof.bvhc`, made from a sample by split builds, and its model.
 fn roof() -> Place {
@@ -26,7 +27,7 @@ fn spoil(place: &Place, from: &str, to: &str, fault: Fault) -> Vec<String> {
         flags: cache.header().tree_flags,
     };
     let planted = plant(&mut image, fault).expect("something to break");
-    write_file(&place.path(to), &image, &Meta::default(), &WriteOptions::default()).unwrap();
+    write_file(&place.path(to), &image, &Meta::default(), &WriteOptions::default(), &Executor::current()).unwrap();
     planted.records.iter().map(|r| format!("{}[{r}]", planted.section)).collect()
 }
 

@@ -1,6 +1,7 @@
 //! The bytes of a one-triangle file, field by field: if this fails, the format changed.
 
 use bvhc::cache::{Cache, OpenOptions, WriteOptions, to_bytes};
+use bvhc::exec::Executor;
 
 use crate::images::{meta, one_triangle};
 
@@ -22,7 +23,7 @@ fn longs(values: &[u64]) -> Vec<u8> {
 
 #[test]
 fn one_triangle_file_is_these_bytes() {
-    let file = to_bytes(&one_triangle(), &meta(), &WriteOptions::default()).unwrap();
+    let file = to_bytes(&one_triangle(), &meta(), &WriteOptions::default(), &Executor::current()).unwrap();
 
     // The sections' contents, by the specification.
     let node = [floats(&[0.0, 0.0, 0.0]), words(&[0]), floats(&[1.0, 1.0, 0.0]), words(&[1]), vec![0; 32]].concat();

@@ -37,7 +37,13 @@ fn file(levels: Levels) -> Vec<u8> {
     let scene = Scene { meshes: vec![mesh], instances: [0.0, 0.3, 0.6].map(place).into(), ..Scene::default() };
     let options = BuildOptions { levels, ..BuildOptions::preset(Preset::Best) };
     let accel = build::compile(scene, &options, &Executor::sequential(), &NoProgress).unwrap();
-    to_bytes(&Image::new(&accel), &Meta::default(), &WriteOptions::default()).unwrap()
+    to_bytes(
+        &Image::new(&accel, &Executor::current()),
+        &Meta::default(),
+        &WriteOptions::default(),
+        &Executor::current(),
+    )
+    .unwrap()
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Images to write.
 
 use bvhc::cache::{Image, Meta};
+use bvhc::exec::Executor;
 use bvhc::geom::{Aabb, Affine};
 use bvhc::scene::{Instance, Mesh, Part};
 use bvhc::tree::{Accel, Node, Tree};
@@ -25,7 +26,7 @@ fn leaf_tree(bounds: Aabb, refs: Vec<u32>) -> Tree {
 pub fn one_triangle() -> Image {
     let mesh = triangle_mesh();
     let tree = leaf_tree(mesh.triangle_box(0), vec![0]);
-    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() })
+    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::current())
 }
 
 /// The triangle twice, side by side and mirrored.
@@ -39,11 +40,14 @@ pub fn two_instances() -> Image {
         .collect();
     let world = instances.iter().fold(Aabb::EMPTY, |b, i| b.union(i.transform.transform_box(&mesh.triangle_box(0))));
     let tlas = Some(leaf_tree(world, vec![0, 1]));
-    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], tlas, instances, ..Accel::default() })
+    Image::new(
+        &Accel { meshes: vec![mesh], blases: vec![tree], tlas, instances, ..Accel::default() },
+        &Executor::current(),
+    )
 }
 
 pub fn empty() -> Image {
-    Image::new(&Accel::default())
+    Image::new(&Accel::default(), &Executor::current())
 }
 
 pub fn meta() -> Meta {

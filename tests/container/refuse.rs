@@ -5,6 +5,7 @@ use bvhc::cache::{
     Cache, CacheError, Codec, ConvertOptions, ErrorKind, Head, Header, OpenOptions, SectionEntry, SectionKind,
     Validation, WriteOptions, convert, keys, rules, to_bytes,
 };
+use bvhc::exec::Executor;
 use bvhc::geom::Ray;
 
 use crate::images::{meta, one_triangle, two_instances};
@@ -14,7 +15,7 @@ fn quick() -> OpenOptions {
 }
 
 fn file() -> Vec<u8> {
-    to_bytes(&one_triangle(), &meta(), &WriteOptions::default()).unwrap()
+    to_bytes(&one_triangle(), &meta(), &WriteOptions::default(), &Executor::current()).unwrap()
 }
 
 /// Sign header and table anew, so that only the mutation can be found.
@@ -165,7 +166,7 @@ fn a_file_whose_meta_or_names_cannot_be_read_is_opened_and_checked() {
             assert_eq!(cache.meta().is_none(), rule != "E0208");
             assert_eq!(cache.meta_error().is_some_and(|why| why.contains(rule)), rule != "E0208", "{rule}");
         }
-        let report = check_bytes(&file, Level::Tree, None, &Limits::default());
+        let report = check_bytes(&file, Level::Tree, None, &Limits::default(), &Executor::current());
         assert_eq!(report.counts().map(|(rule, _)| rule.id).collect::<Vec<_>>(), [rule]);
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.bvhc");
@@ -197,7 +198,7 @@ fn a_table_of_65536_entries_is_judged_at_once() {
     assert_eq!(rule(&table(0)), "E0121");
     assert_eq!(rule(&table(count - 1)), "E0125");
     for last in [0, count - 1] {
-        let report = check_bytes(&table(last), Level::Tree, None, &Limits::default());
+        let report = check_bytes(&table(last), Level::Tree, None, &Limits::default(), &Executor::current());
         assert_eq!(report.count(&rules::E0121) > 0, last == 0);
     }
     // Two thousand million comparisons take longer.
@@ -230,7 +231,7 @@ fn section_rules() {
 fn every_flipped_bit_is_found() {
     for image in [one_triangle(), two_instances()] {
         for codec in [Codec::Raw, Codec::Zstd { level: 3 }] {
-            let file = to_bytes(&image, &meta(), &WriteOptions { codec }).unwrap();
+            let file = to_bytes(&image, &meta(), &WriteOptions { codec }, &Executor::current()).unwrap();
             for bit in 0..file.len() * 8 {
                 let mut damaged = file.clone();
                 damaged[bit / 8] ^= 1 << (bit % 8);
@@ -249,7 +250,8 @@ fn every_flipped_bit_is_found() {
 fn memory_is_claimed_only_within_the_limit() {
     let mut image = one_triangle();
     image.triangles.resize(100_000, image.triangles[0]);
-    let file = to_bytes(&image, &meta(), &WriteOptions { codec: Codec::Zstd { level: 3 } }).unwrap();
+    let file =
+        to_bytes(&image, &meta(), &WriteOptions { codec: Codec::Zstd { level: 3 } }, &Executor::current()).unwrap();
     let small = OpenOptions { max_memory: 1 << 20, ..quick() };
     assert_eq!(Cache::from_bytes(&file, &small).unwrap_err().kind(), ErrorKind::Limit);
 
@@ -285,7 +287,7 @@ fn convert_keeps_what_may_be_copied_and_refuses_to_lose_content() {
     let [from, to] = ["from", "to"].map(|n| folder.path().join(n));
     let convert = |file: Vec<u8>| {
         std::fs::write(&from, file).unwrap();
-        convert(&from, &to, &OpenOptions::default(), &ConvertOptions::default())
+        convert(&from, &to, &OpenOptions::default(), &ConvertOptions::default(), &Executor::current())
     };
     let kinds = || Cache::open(&to).unwrap().sections().iter().map(|s| s.kind).collect::<Vec<_>>();
     let extra = SectionKind(*b"XTRA");

@@ -1,6 +1,7 @@
 use bvhc::cache::{
     Cache, Codec, ConvertOptions, Image, Meta, OpenOptions, Validation, WriteOptions, convert, to_bytes, write_file,
 };
+use bvhc::exec::Executor;
 use proptest::prelude::*;
 
 use crate::images::{any_image, empty, meta, one_triangle, two_instances};
@@ -38,19 +39,19 @@ proptest! {
     #[test]
     fn what_is_written_is_read(image in any_image(), zstd in any::<bool>()) {
         let options = if zstd { ZSTD } else { WriteOptions::default() };
-        let bytes = to_bytes(&image, &meta(), &options).unwrap();
+        let bytes = to_bytes(&image, &meta(), &options, &Executor::current()).unwrap();
         let cache = Cache::from_bytes(&bytes, &hash_level()).unwrap();
         prop_assert_eq!(content(&cache), normal(&image));
         prop_assert_eq!(cache.meta(), Some(&meta()));
         prop_assert_eq!(cache.header().build_key, meta().build_key());
         prop_assert_eq!(bytes.len() as u64, cache.header().file_len);
-        prop_assert_eq!(to_bytes(&image, &meta(), &options).unwrap(), bytes);
+        prop_assert_eq!(to_bytes(&image, &meta(), &options, &Executor::current()).unwrap(), bytes);
     }
 }
 
 #[test]
 fn an_empty_scene_is_a_file_and_opens_at_every_level() {
-    let bytes = to_bytes(&empty(), &Meta::default(), &WriteOptions::default()).unwrap();
+    let bytes = to_bytes(&empty(), &Meta::default(), &WriteOptions::default(), &Executor::current()).unwrap();
     for validation in [Validation::Quick, Validation::Hash, Validation::Tree] {
         let cache = Cache::from_bytes(&bytes, &OpenOptions { validation, ..OpenOptions::default() }).unwrap();
         assert_eq!((cache.nodes().len(), cache.header().blas_count, cache.sections().len()), (0, 0, 5));
@@ -60,12 +61,12 @@ fn an_empty_scene_is_a_file_and_opens_at_every_level() {
 #[test]
 fn well_formed_files_open_at_the_deepest_level() {
     for image in [one_triangle(), two_instances()] {
-        let bytes = to_bytes(&image, &meta(), &WriteOptions::default()).unwrap();
+        let bytes = to_bytes(&image, &meta(), &WriteOptions::default(), &Executor::current()).unwrap();
         Cache::from_bytes(&bytes, &OpenOptions { validation: Validation::Tree, ..OpenOptions::default() }).unwrap();
     }
     let mut image = one_triangle();
     image.nodes[0].count = 2;
-    let bytes = to_bytes(&image, &meta(), &WriteOptions::default()).unwrap();
+    let bytes = to_bytes(&image, &meta(), &WriteOptions::default(), &Executor::current()).unwrap();
     Cache::from_bytes(&bytes, &hash_level()).unwrap();
     let tree = OpenOptions { validation: Validation::Tree, ..OpenOptions::default() };
     assert_eq!(Cache::from_bytes(&bytes, &tree).unwrap_err().rule(), Some("E0408"));
@@ -73,7 +74,7 @@ fn well_formed_files_open_at_the_deepest_level() {
 
 #[test]
 fn facts_of_the_header_repeat_the_sections() {
-    let bytes = to_bytes(&two_instances(), &meta(), &WriteOptions::default()).unwrap();
+    let bytes = to_bytes(&two_instances(), &meta(), &WriteOptions::default(), &Executor::current()).unwrap();
     let cache = Cache::from_bytes(&bytes, &hash_level()).unwrap();
     let header = cache.header();
     assert_eq!((header.prim_count, header.ref_count, header.node_count), (1, 1, 2));
@@ -89,10 +90,10 @@ fn raw_to_zstd_to_raw_keeps_the_content_and_gives_the_same_bytes() {
     let [raw, packed, again] = ["raw", "packed", "again"].map(|n| folder.path().join(n));
     let mut image = one_triangle();
     image.triangles.resize(100_000, image.triangles[0]);
-    write_file(&raw, &image, &meta(), &WriteOptions::default()).unwrap();
+    write_file(&raw, &image, &meta(), &WriteOptions::default(), &Executor::current()).unwrap();
     let to_zstd = ConvertOptions { write: ZSTD, ..ConvertOptions::default() };
-    convert(&raw, &packed, &hash_level(), &to_zstd).unwrap();
-    let summary = convert(&packed, &again, &hash_level(), &ConvertOptions::default()).unwrap();
+    convert(&raw, &packed, &hash_level(), &to_zstd, &Executor::current()).unwrap();
+    let summary = convert(&packed, &again, &hash_level(), &ConvertOptions::default(), &Executor::current()).unwrap();
     assert_eq!(std::fs::read(&raw).unwrap(), std::fs::read(&again).unwrap());
     assert!(std::fs::metadata(&packed).unwrap().len() * 10 < std::fs::metadata(&raw).unwrap().len());
     let packed = Cache::open(&packed).unwrap();
@@ -100,7 +101,7 @@ fn raw_to_zstd_to_raw_keeps_the_content_and_gives_the_same_bytes() {
     assert_eq!(content(&packed), image);
 
     // In place, and without mapping.
-    convert(&raw, &raw, &OpenOptions { mmap: false, ..hash_level() }, &to_zstd).unwrap();
+    convert(&raw, &raw, &OpenOptions { mmap: false, ..hash_level() }, &to_zstd, &Executor::current()).unwrap();
     assert_eq!(content(&Cache::open(&raw).unwrap()), image);
 }
 
@@ -112,7 +113,7 @@ fn bytes_do_not_depend_on_threads() {
     for options in [WriteOptions::default(), ZSTD] {
         let with = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| to_bytes(&image, &meta(), &options).unwrap())
+            pool.install(|| to_bytes(&image, &meta(), &options, &Executor::current()).unwrap())
         };
         assert!(with(1) == with(7), "{options:?}");
     }
@@ -126,7 +127,8 @@ fn long_quick_opening_of_400_mb_takes_under_5_ms() {
     let mut image = one_triangle();
     image.triangles.resize(5_000_000, image.triangles[0]);
     image.nodes.resize(5_000_000, image.nodes[0]);
-    let size = write_file(&path, &image, &meta(), &WriteOptions::default()).unwrap().header.file_len;
+    let size =
+        write_file(&path, &image, &meta(), &WriteOptions::default(), &Executor::current()).unwrap().header.file_len;
     assert!(size >= 400_000_000);
     let quick = OpenOptions { validation: Validation::Quick, ..OpenOptions::default() };
     let mut times: Vec<_> = (0..20)

@@ -2,7 +2,8 @@ use std::fs;
 use std::path::Path;
 
 use bvhc::cache::keys::Recipe;
-use bvhc::cache::{Freshness, Meta, Staleness, WriteOptions, freshness, hash_file, write_file};
+use bvhc::cache::{Freshness, Staleness, WriteOptions, freshness, hash_file, write_file};
+use bvhc::exec::Executor;
 use bvhc::scene::{InputFile, ReadReport};
 
 use crate::images::one_triangle;
@@ -14,12 +15,12 @@ fn recipe() -> Recipe {
 
 fn input(folder: &Path, name: &str) -> InputFile {
     let path = folder.join(name);
-    let (len, blake3) = hash_file(&path).unwrap();
+    let (len, blake3) = hash_file(&path, &Executor::current()).unwrap();
     InputFile { path, name: name.into(), len, blake3 }
 }
 
 fn reason(path: &Path, model: &Path, recipe: &Recipe) -> Option<Staleness> {
-    match freshness(path, model, recipe) {
+    match freshness(path, model, recipe, &Executor::current()) {
         Freshness::Fresh { .. } => None,
         Freshness::Stale(why) => Some(why),
     }
@@ -35,14 +36,14 @@ fn each_cause_of_staleness_is_told() {
     let model = folder.join("a.gltf");
     let build = || {
         let inputs = [input(folder, "a.gltf"), input(folder, "buffers/a.bin")];
-        let meta = Meta::new(recipe(), &inputs, &ReadReport::default());
-        write_file(&path, &one_triangle(), &meta, &WriteOptions::default()).unwrap();
+        let meta = bvhc::cache::provenance(recipe(), &inputs, &ReadReport::default());
+        write_file(&path, &one_triangle(), &meta, &WriteOptions::default(), &Executor::current()).unwrap();
     };
     let why = || reason(&path, &model, &recipe());
 
     assert_eq!(why(), Some(Staleness::Missing));
     build();
-    match freshness(&path, &model, &recipe()) {
+    match freshness(&path, &model, &recipe(), &Executor::current()) {
         Freshness::Fresh { inputs, .. } => assert_eq!(inputs, [model.clone(), folder.join("buffers/a.bin")]),
         Freshness::Stale(why) => panic!("{why}"),
     }

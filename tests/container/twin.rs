@@ -2,6 +2,7 @@
 
 use bvhc::cache::check::{Finding, Level, Limits, Report, check_bytes};
 use bvhc::cache::{Cache, Codec, OpenOptions, SectionKind, Validation, WriteOptions, section_flags, to_bytes};
+use bvhc::exec::Executor;
 use bvhc::geom::Ray;
 use proptest::prelude::*;
 
@@ -16,7 +17,7 @@ fn compare(file: &[u8]) -> Result<(), TestCaseError> {
         [(Validation::Quick, Level::Quick), (Validation::Hash, Level::Hash), (Validation::Tree, Level::Tree)]
     {
         let opened = Cache::from_bytes(file, &OpenOptions { validation, ..OpenOptions::default() });
-        let report: Report = check_bytes(file, level, None, &Limits::default());
+        let report: Report = check_bytes(file, level, None, &Limits::default(), &Executor::current());
         // Nor does it need a section that may be ignored: one that was written so that it cannot be decoded is left alone.
         let ignored = |f: &&Finding| {
             let optional = |kind: SectionKind| kind.rule().is_none_or(|r| r.flags & section_flags::CRITICAL == 0);
@@ -27,7 +28,7 @@ fn compare(file: &[u8]) -> Result<(), TestCaseError> {
         match &opened {
             // Whatever the reader refuses, the checker finds at its depth: the reader decodes META and packed sections at every level.
             Err(error) => {
-                let deeper = check_bytes(file, Level::Tree, None, &Limits::default());
+                let deeper = check_bytes(file, Level::Tree, None, &Limits::default(), &Executor::current());
                 prop_assert!(!deeper.is_valid(), "{level:?}: {error}");
             }
             // What the checker finds beyond, traversal does not need.
@@ -60,7 +61,7 @@ proptest! {
     ) {
         let image = if two_level { two_instances() } else { one_triangle() };
         let codec = if zstd { Codec::Zstd { level: 1 } } else { Codec::Raw };
-        let mut file = to_bytes(&image, &meta(), &WriteOptions { codec }).unwrap();
+        let mut file = to_bytes(&image, &meta(), &WriteOptions { codec }, &Executor::current()).unwrap();
         let (len, table_end) = (file.len(), 256 + 128 * 6);
         for (index, value, in_front) in hits {
             let at = index.index(if in_front { table_end } else { len });

@@ -1,9 +1,9 @@
 //! From merges to a tree in canonical order.
 
 use super::forest::Forest;
-use crate::build::exec::Executor;
-use crate::build::lanes::LaneBox;
+use crate::exec::Executor;
 use crate::geom::Aabb;
+use crate::simd::LaneBox;
 use crate::tree::{Node, Tree};
 
 /// Below this many references a subtree is one task. A constant, so that nothing depends on the number of threads.

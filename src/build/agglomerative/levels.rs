@@ -3,10 +3,10 @@
 use super::forest::{Cluster, Forest, Merge, Rules};
 use super::group::{GROUP, Group, Inputs};
 use crate::build::error::BuildError;
-use crate::build::exec::Executor;
-use crate::build::lanes::widest;
 use crate::build::prim_ref::PrimRef;
 use crate::build::progress::Progress;
+use crate::exec::Executor;
+use crate::simd::widest;
 
 /// Clusters that a group leaves to the next level, at most. Few enough that most of the work is done where it is cheap, many enough
 /// that borders between groups leave no mark on the tree.

@@ -19,11 +19,11 @@ mod window;
 
 use super::cost::Sah;
 use super::error::BuildError;
-use super::exec::Executor;
 use super::prim_ref::PrimRefs;
 use super::progress::Progress;
 use super::recipe::options::BuildOptions;
 use super::top_down::driver::check_slots;
+use crate::exec::Executor;
 use crate::tree::{MAX_DEPTH, Tree};
 
 /// Widest window: a distance and one bit more share six bits with an area.

@@ -1,8 +1,8 @@
 //! The order in which clusters look for their neighbours: along a Morton curve through the references' centres.
 
-use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRef;
 use crate::build::radix;
+use crate::exec::Executor;
 use crate::geom::Aabb;
 use std::ops::Range;
 

@@ -1,9 +1,9 @@
 //! Object bins: which bin a reference falls into, filling them, and the cheapest plane between two of them.
 
 use crate::build::cost::Sah;
-use crate::build::lanes::{LaneBox, Lanes};
 use crate::build::prim_ref::PrimRef;
 use crate::geom::Aabb;
+use crate::simd::{LaneBox, Lanes};
 
 /// Maps a doubled centre to a bin on each axis.
 #[derive(Clone, Copy, Debug)]

@@ -9,11 +9,11 @@ use self::bins::{AxisMap, BinMap, Bins};
 use self::subsets::partition_subset;
 pub(super) use self::subsets::{EXHAUSTIVE, Subset, best_subset};
 use crate::build::cost::Sah;
-use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRef;
 use crate::build::recipe::options::{Axes, BuildOptions};
 use crate::build::top_down::partition::{bounds_of, partition};
 use crate::build::top_down::strategy::{Child, Decision, NodeTask, Strategy};
+use crate::exec::Executor;
 use crate::geom::Aabb;
 
 /// From so many references on, bins are filled in chunks of [`CHUNK`].

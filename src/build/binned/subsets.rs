@@ -4,9 +4,9 @@
 //! three axes, and no plane can do better.
 
 use crate::build::cost::Sah;
-use crate::build::lanes::{LaneBox, Lanes};
 use crate::build::prim_ref::PrimRef;
 use crate::geom::Aabb;
+use crate::simd::{LaneBox, Lanes};
 
 /// Most references for which every split is tried.
 pub(in crate::build) const EXHAUSTIVE: usize = 4;

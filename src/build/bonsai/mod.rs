@@ -11,7 +11,6 @@ mod prune;
 use self::groups::Group;
 use self::prune::{Mini, prune};
 use super::error::BuildError;
-use super::exec::Executor;
 use super::prim_ref::PrimRefs;
 use super::progress::Progress;
 use super::recipe::options::BuildOptions;
@@ -19,6 +18,7 @@ use super::sweep::{Buffers, Sweep};
 use super::top_down::driver::{Driver, Limits, check_slots};
 use super::top_down::output::{Grown, Piece, Stem, splice};
 use super::top_down::strategy::NodeTask;
+use crate::exec::Executor;
 use crate::tree::{MAX_DEPTH, Tree};
 
 /// Deepest leaf of a mini tree. A group's balanced tree has at most a dozen levels, and a top tree of as many stems as a tree can have

@@ -1,7 +1,7 @@
 //! Opening what is large: the paper's mini-tree pruning.
 
-use crate::build::exec::Executor;
 use crate::build::top_down::output::{Piece, Stem};
+use crate::exec::Executor;
 use crate::tree::Node;
 
 /// The tree of one group; the first pair of its nodes is unused.

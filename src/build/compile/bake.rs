@@ -1,8 +1,8 @@
 //! One level: every instance's triangles in one mesh, in world space.
 
 use crate::build::error::BuildError;
-use crate::build::exec::Executor;
 use crate::build::top_down::driver::MAX_REFS;
+use crate::exec::Executor;
 use crate::geom::{Affine, Point};
 use crate::scene::{Instance, Mesh, Part};
 

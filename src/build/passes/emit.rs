@@ -8,8 +8,8 @@
 
 use super::work_tree::WorkTree;
 use crate::build::cost::Sah;
-use crate::build::exec::Executor;
 use crate::build::top_down::output::{Branch, Piece};
+use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::tree::{Node, Tree};
 

@@ -3,8 +3,8 @@
 //! In canonical order everything below a node is one run of the nodes and one of the references, so subtrees are done side by side.
 
 use super::work_tree::NONE;
-use crate::build::exec::Executor;
 use crate::build::top_down::partition::cut;
+use crate::exec::Executor;
 use crate::tree::Tree;
 use std::ops::Range;
 

@@ -19,9 +19,9 @@ use self::emit::{Collapse, emit};
 use self::work_tree::WorkTree;
 use super::cost::Sah;
 use super::error::BuildError;
-use super::exec::Executor;
 use super::progress::Progress;
 use super::recipe::options::BuildOptions;
+use crate::exec::Executor;
 use crate::scene::Mesh;
 use crate::tree::Tree;
 

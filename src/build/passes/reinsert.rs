@@ -14,9 +14,9 @@
 use super::search::{Move, Search};
 use super::work_tree::WorkTree;
 use crate::build::error::BuildError;
-use crate::build::exec::Executor;
 use crate::build::progress::Progress;
 use crate::build::radix;
+use crate::exec::Executor;
 
 /// The first and the last round's threshold, in units of what a node's area contributes on average.
 const THRESHOLDS: [f64; 2] = [4.0, 0.1];

@@ -7,7 +7,7 @@
 //! itself, whose price is known on the way.
 
 use super::work_tree::WorkTree;
-use crate::build::lanes::LaneBox;
+use crate::simd::LaneBox;
 use crate::tree::MAX_DEPTH;
 
 /// A subtree and a better place for it.

@@ -6,9 +6,9 @@
 
 use super::adapt::treelet::{Part, Treelet};
 use super::links::Links;
-use crate::build::exec::Executor;
-use crate::build::lanes::LaneBox;
 use crate::build::{area_scale, scaled_half_area};
+use crate::exec::Executor;
+use crate::simd::LaneBox;
 use crate::tree::{MAX_DEPTH, Tree};
 
 /// A node of a [`WorkTree`].

@@ -2,8 +2,8 @@
 
 use super::CHUNK;
 use super::planes::Planes;
-use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRef;
+use crate::exec::Executor;
 use crate::geom::vector::cross;
 use crate::scene::Mesh;
 

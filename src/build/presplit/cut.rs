@@ -2,8 +2,8 @@
 
 use super::CHUNK;
 use super::planes::Planes;
-use crate::build::exec::Executor;
 use crate::build::prim_ref::{PrimRef, PrimRefs};
+use crate::exec::Executor;
 use crate::geom::clip;
 use crate::geom::{Aabb, Point};
 use crate::scene::Mesh;

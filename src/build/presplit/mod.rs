@@ -13,8 +13,8 @@ mod planes;
 
 use self::budget::Limits;
 use self::planes::Planes;
-use super::exec::Executor;
 use super::prim_ref::PrimRefs;
+use crate::exec::Executor;
 use crate::scene::Mesh;
 
 /// Most pieces of one triangle, by the share of references that may be added. Few: a wall that is whole stands in a leaf near the

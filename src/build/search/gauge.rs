@@ -1,6 +1,6 @@
 //! What a finished tree is worth: the work of probe rays in it, and the overlap that the SAH does not see.
 
-use crate::build::exec::Executor;
+use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::scene::Mesh;
 use crate::trace::Lent;

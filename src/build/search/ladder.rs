@@ -5,10 +5,10 @@ use super::gauge::{Gauge, rays_for};
 use super::recipes::{Rung, Start, Start as S};
 use crate::build::compile_tree;
 use crate::build::error::BuildError;
-use crate::build::exec::Executor;
 use crate::build::passes::{self, Guide, Outcome};
 use crate::build::progress::Progress;
 use crate::build::recipe::options::BuildOptions;
+use crate::exec::Executor;
 use crate::scene::Mesh;
 use crate::tree::Tree;
 

@@ -18,9 +18,9 @@ use self::ladder::Contest;
 use self::recipes::Start;
 use super::compile_tree;
 use super::error::BuildError;
-use super::exec::Executor;
 use super::progress::{Portion, Progress};
 use super::recipe::options::{BuildOptions, Method};
+use crate::exec::Executor;
 use crate::scene::Mesh;
 use crate::tree::Tree;
 

@@ -2,11 +2,11 @@
 
 use super::chop::{Chopper, Grid};
 use crate::build::cost::Sah;
-use crate::build::lanes::{LaneBox, Lanes};
 use crate::build::prim_ref::PrimRef;
 use crate::build::recipe::options::Clip;
 use crate::geom::Aabb;
 use crate::scene::Mesh;
+use crate::simd::{LaneBox, Lanes};
 
 /// Equidistant planes over a node's box, on all three axes, and the way from a coordinate to a slab.
 #[derive(Clone, Copy, Debug)]
@@ -228,8 +228,8 @@ impl<const CAP: usize> SpatialBins<CAP> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::exec::Executor;
     use crate::build::prim_ref::PrimRefs;
+    use crate::exec::Executor;
 
     #[test]
     fn sets_filled_in_turn_hold_what_one_holds() {

@@ -3,8 +3,8 @@
 //! These boxes are estimates, a rounding error too small or too large: they choose a plane and are thrown away. Boxes that
 //! survive are made by [`crate::geom::clip`], which rounds outward.
 
-use crate::build::lanes::{LaneBox, Lanes};
 use crate::scene::Mesh;
+use crate::simd::{LaneBox, Lanes};
 
 /// A triangle's corners, loaded once for all axes.
 #[derive(Clone, Copy)]

@@ -17,13 +17,13 @@ use self::planes::PlaneSearch;
 use self::small_sweep::SmallSplit;
 use crate::build::binned::{Binned, EXHAUSTIVE, ObjectSplit, area_scale, scaled_half_area};
 use crate::build::cost::Sah;
-use crate::build::exec::Executor;
-use crate::build::lanes::{LaneBox, Lanes};
 use crate::build::prim_ref::PrimRef;
 use crate::build::recipe::options::{Axes, BuildOptions, Clip};
 use crate::build::top_down::strategy::{Child, Decision, NodeTask, Strategy};
+use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::scene::Mesh;
+use crate::simd::{LaneBox, Lanes};
 
 /// From so many references on, they are binned, copied and summed in chunks of [`CHUNK`]: constants, so that nothing depends on the number of
 /// threads.

@@ -4,14 +4,14 @@ use super::CHUNK;
 use super::bins::SpatialPlane;
 use crate::build::binned::scaled_half_area;
 use crate::build::cost::Sah;
-use crate::build::exec::Executor;
-use crate::build::lanes::LaneBox;
 use crate::build::prim_ref::PrimRef;
 use crate::build::recipe::options::Clip;
 use crate::build::top_down::strategy::Child;
+use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::geom::clip;
 use crate::scene::Mesh;
+use crate::simd::LaneBox;
 
 /// From so many references on, a node is divided in chunks, which copies each reference once more than a single pass does.
 const CHUNKED: usize = 1 << 16;

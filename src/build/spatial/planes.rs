@@ -7,10 +7,10 @@
 use super::bins::{Grids, SpatialBins, SpatialPlane};
 use super::{CHUNK, CHUNKED};
 use crate::build::binned::area_scale;
-use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRef;
 use crate::build::recipe::options::Clip;
 use crate::build::top_down::strategy::NodeTask;
+use crate::exec::Executor;
 use crate::scene::Mesh;
 
 /// From so many references on, a sample is asked first.

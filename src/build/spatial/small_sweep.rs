@@ -2,9 +2,9 @@
 //! quicker than bins, and it misses nothing.
 
 use crate::build::cost::Sah;
-use crate::build::lanes::{LaneBox, Lanes};
 use crate::build::prim_ref::PrimRef;
 use crate::build::top_down::strategy::Child;
+use crate::simd::{LaneBox, Lanes};
 
 /// Largest node that can be swept.
 pub(super) const MAX: usize = 32;

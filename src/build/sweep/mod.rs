@@ -17,13 +17,13 @@ pub(super) use self::orders::{BYTES_PER_REF, Buffers, Orders};
 use super::binned::{EXHAUSTIVE, area_scale, best_subset, scaled_half_area};
 use super::cost::Sah;
 use super::error::BuildError;
-use super::exec::Executor;
 use super::prim_ref::PrimRefs;
 use super::progress::Progress;
 use super::recipe::options::BuildOptions;
 use super::top_down::driver::{Driver, Limits, check_slots};
 use super::top_down::range::Splitter;
 use super::top_down::strategy::{Decision, NodeTask};
+use crate::exec::Executor;
 use crate::tree::{MAX_DEPTH, Tree};
 
 /// The method `sweep`.

@@ -3,12 +3,12 @@
 use super::planes::Plane;
 use super::sort::{key_of, sort_by_key};
 use crate::build::binned::{EXHAUSTIVE, Subset};
-use crate::build::exec::Executor;
-use crate::build::lanes::LaneBox;
 use crate::build::prim_ref::PrimRef;
 use crate::build::top_down::range::Range;
 use crate::build::top_down::strategy::{Child, NodeTask};
+use crate::exec::Executor;
 use crate::geom::Aabb;
+use crate::simd::LaneBox;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Nodes of up to so many references get a copy of them that the second-level cache holds, instead of reaching into the whole

@@ -8,8 +8,8 @@
 
 use super::orders::{Orders, Table};
 use crate::build::cost::Sah;
-use crate::build::exec::Executor;
-use crate::build::lanes::{LaneBox, Lanes};
+use crate::exec::Executor;
+use crate::simd::{LaneBox, Lanes};
 
 /// The references `..left` of one axis' order against the others.
 #[derive(Clone, Copy, Debug)]

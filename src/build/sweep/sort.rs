@@ -1,7 +1,7 @@
 //! Sorting once: the order of the references' centres on an axis.
 
-use crate::build::exec::Executor;
 use crate::build::radix;
+use crate::exec::Executor;
 
 /// Items that a task makes or takes apart.
 const CHUNK: usize = 1 << 15;

@@ -2,16 +2,16 @@
 
 use super::*;
 use crate::build::build_tree;
-use crate::build::exec::Executor;
-use crate::build::lanes::LaneBox;
 use crate::build::prim_ref::PrimRef;
 use crate::build::progress::NoProgress;
 use crate::build::recipe::options::{Method, Preset};
 use crate::build::top_down::driver;
 use crate::build::top_down::partition::bounds_of;
 use crate::build::top_down::strategy::{Child, Strategy};
+use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::scene::{self, Mesh, ReadOptions};
+use crate::simd::LaneBox;
 use crate::tree::quality;
 
 /// The method by its definition.

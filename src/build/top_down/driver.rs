@@ -9,9 +9,9 @@ use super::output::{Branch, Grown, Piece};
 use super::range::{Range, Splitter};
 use super::strategy::{Child, Decision, NodeTask, Strategy};
 use crate::build::error::BuildError;
-use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRefs;
 use crate::build::progress::Progress;
+use crate::exec::Executor;
 use crate::tree::{MAX_DEPTH, Node, Tree};
 use std::sync::atomic::{AtomicBool, Ordering};
 

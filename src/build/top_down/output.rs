@@ -1,6 +1,6 @@
 //! Where finished nodes go: pieces of a tree that grow side by side, and their concatenation in canonical order.
 
-use crate::build::exec::Executor;
+use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::tree::{Node, Tree};
 

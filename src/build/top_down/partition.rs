@@ -1,10 +1,10 @@
 //! Moving references to their side of a split.
 
 use super::strategy::{Child, NodeTask};
-use crate::build::exec::Executor;
-use crate::build::lanes::LaneBox;
 use crate::build::prim_ref::PrimRef;
+use crate::exec::Executor;
 use crate::geom::Aabb;
+use crate::simd::LaneBox;
 
 /// From so many references on, a node is partitioned in chunks of [`CHUNK`]. Constants: the order of the references
 /// afterwards must not depend on the number of threads.

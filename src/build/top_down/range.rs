@@ -2,8 +2,8 @@
 
 use super::partition;
 use super::strategy::{Child, Decision, NodeTask, Strategy};
-use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRef;
+use crate::exec::Executor;
 
 /// A node's slots: all that the recursion hands down.
 pub(in crate::build) trait Range: Send + Sized {

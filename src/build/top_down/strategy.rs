@@ -1,5 +1,5 @@
-use crate::build::exec::Executor;
 use crate::build::prim_ref::PrimRef;
+use crate::exec::Executor;
 use crate::geom::Aabb;
 
 /// What the driver asks a strategy about: one node with at least two references.

@@ -1,12 +1,10 @@
 //! Agreement with the model that a file was built from.
 
-use rayon::prelude::*;
+use bvhc_core::cache::check::{Bits, hex};
 
-use super::container::hex;
-use super::identity::Bits;
-use super::report::{Place, Report};
-use crate::cache::meta::Meta;
-use crate::cache::{GeomRecord, NO_NODE, SectionKind, View, clip_name, rules};
+use super::{Place, Report};
+use crate::cache::{GeomRecord, Meta, NO_NODE, SectionKind, View, clip_name, rules};
+use crate::exec::Executor;
 use crate::geom::Point;
 use crate::scene::{InputFile, Instance, Mesh};
 
@@ -22,7 +20,14 @@ pub struct Source<'a> {
 }
 
 /// Every triangle of the source is in the file with its very corners, and no other is.
-pub fn check(view: &View<'_>, meta: Option<&Meta>, source: &Source<'_>, max_issues: usize, out: &mut Report) {
+pub fn check(
+    view: &View<'_>,
+    meta: Option<&Meta>,
+    source: &Source<'_>,
+    max_issues: usize,
+    out: &mut Report,
+    exec: &Executor,
+) {
     match meta {
         Some(meta) => check_inputs(meta, source.inputs, out),
         None => out.skip("Whether the input files are those that the file was built from: there is no META."),
@@ -35,16 +40,11 @@ pub fn check(view: &View<'_>, meta: Option<&Meta>, source: &Source<'_>, max_issu
         });
         out.skip("The triangles against the source: meshes and trees cannot be paired.");
     } else {
-        let parts: Vec<Report> = source
-            .meshes
-            .par_iter()
-            .enumerate()
-            .map(|(tree, mesh)| {
-                let mut part = Report::new(max_issues);
-                check_mesh(view, tree, mesh, &mut part);
-                part
-            })
-            .collect();
+        let parts = exec.map_range(meshes, |tree| {
+            let mut part = Report::new(max_issues);
+            check_mesh(view, tree, &source.meshes[tree], &mut part);
+            part
+        });
         parts.into_iter().for_each(|part| out.append(part));
     }
     check_instances(view, source.instances, out);

@@ -1,6 +1,6 @@
 //! `bvhc check`: the verdict on a file, with every finding.
 
-use crate::build::{self, BuildOptions, Executor};
+use crate::build::{self, BuildOptions};
 use crate::cache::check::{Finding, Level, Limits, Report, Source, check_bytes};
 use crate::cache::{FileBytes, Head, rules};
 use crate::cli::Context;
@@ -121,7 +121,7 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
     let bytes = FileBytes::open(path, &caches::options(context)).map_err(|e| caches::failure(&e))?;
     let limits = Limits { max_issues: args.max_issues, max_memory: context.global.max_memory };
     let Some(model) = args.source.as_ref().filter(|_| level == Level::Source) else {
-        return Ok(check_bytes(bytes.as_slice(), level, None, &limits));
+        return Ok(check_bytes(bytes.as_slice(), level, None, &limits, &context.exec));
     };
 
     // Read the model as the file says that it was read, and lay it out as it was built.
@@ -132,10 +132,9 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
     // Laying out makes no duplicates.
     caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
     let inputs = scene.inputs.clone();
-    let exec = Executor::new(context.global.jobs).map_err(|e| caches::build_failure(&e))?;
-    let laid = build::lay_out(scene, &build, &exec).map_err(|e| caches::build_failure(&e))?;
+    let laid = build::lay_out(scene, &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
     let source = Source { meshes: &laid.meshes, instances: laid.instances.as_deref(), inputs: &inputs };
-    Ok(check_bytes(bytes.as_slice(), level, Some(&source), &limits))
+    Ok(check_bytes(bytes.as_slice(), level, Some(&source), &limits, &context.exec))
 }
 
 fn judge(path: &Path, report: Report, args: &CheckArgs) -> (Verdict, Exit) {

@@ -60,7 +60,7 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
 
     // The permission to write is held over the reading too: the library does both in one step.
     let publishing = interrupt::publish()?;
-    let done = cache::convert(&args.input, &args.output, &caches::options(context), &options)
+    let done = cache::convert(&args.input, &args.output, &caches::options(context), &options, &context.exec)
         .map_err(|e| caches::failure(&e))?;
     drop(publishing);
     let input_len = length(&args.input);

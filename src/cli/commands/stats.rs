@@ -1,6 +1,5 @@
 //! `bvhc stats`: what the trees of a file are like.
 
-use crate::build::Executor;
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -66,13 +65,12 @@ struct Document<'a> {
 }
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
-    let exec = Executor::new(context.global.jobs).map_err(|e| caches::build_failure(&e))?;
     let mut paths = Vec::new();
     let (reports, exit) = caches::each(&args.files, context, |path| {
         let opened = caches::open(path, context)?;
         paths.push(path.to_path_buf());
         let (name, view) = (path.to_string_lossy().into_owned(), opened.view());
-        let epo = args.epo.mode().map(|mode| EpoReport::of_view(&view, mode, &exec));
+        let epo = args.epo.mode().map(|mode| EpoReport::of_view(&view, mode, &context.exec));
         let notes = opened.meta().map_or_else(Vec::new, |meta| meta.notes.clone());
         Ok(FileReport { epo, notes, ..FileReport::of_view(name, opened.header().file_len, &view) })
     });

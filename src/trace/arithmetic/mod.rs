@@ -6,12 +6,12 @@
 mod moller_trumbore;
 mod watertight;
 
-use super::hit::{Hit, Malformed};
-use super::intersect::EdgeRay;
-use super::observe::{Counters, NoObserver, Observer};
-use super::slab::{Conservative, Plain, TwoUlps};
-use super::traverse::trace;
-use crate::cache::{InstanceRecord, TriangleRecord, View};
+use bvhc_core::trace::arithmetic::{
+    Conservative, Crossing, EdgeRay, Plain, TriangleTest, TwoUlps, dominant, others, trace,
+};
+
+use super::{Counters, Hit, Malformed, NoObserver, Observer};
+use crate::cache::{InstanceRecord, View};
 use crate::geom::Ray;
 use moller_trumbore::{AnyDeterminant, MollerTrumbore, Published};
 use watertight::Watertight;
@@ -151,48 +151,6 @@ pub fn is_real(view: &View<'_>, ray: &Ray, hit: &Hit, instance: Option<&Instance
         _ => test.crossing::<2>(triangle),
     };
     crossing.is_some_and(|c| c.t >= f64::from(ray.t_min) && c.t <= f64::from(ray.t_max))
-}
-
-/// A ray made ready for tests of triangles.
-pub(super) trait TriangleTest: Sized {
-    /// The ray in an instance's own space.
-    fn to_object(instance: &InstanceRecord, origin: [f64; 3], direction: [f64; 3]) -> ([f64; 3], [f64; 3]);
-
-    /// The direction is finite and not zero.
-    fn new(origin: [f64; 3], direction: [f64; 3]) -> Self;
-
-    /// What `crossing` wants as its constant.
-    fn axis(&self) -> usize;
-
-    /// Where the ray's line crosses the triangle, at any distance.
-    fn crossing<const AXIS: usize>(&self, triangle: &TriangleRecord) -> Option<Crossing>;
-}
-
-/// A hit as a test finds it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Crossing {
-    pub t: f64,
-    /// Weights of the second and the third corner, times `sum`: only a hit that counts is worth dividing for.
-    pub u: f64,
-    pub v: f64,
-    pub sum: f64,
-}
-
-/// The axis of the largest component; among equals the first.
-pub(super) fn dominant(direction: [f64; 3]) -> usize {
-    let [x, y, z] = direction.map(f64::abs);
-    if x >= y && x >= z {
-        0
-    } else if y >= z {
-        1
-    } else {
-        2
-    }
-}
-
-/// The two axes after this one.
-pub(super) const fn others(axis: usize) -> (usize, usize) {
-    ((axis + 1) % 3, (axis + 2) % 3)
 }
 
 /// A mapped ray as renderers in `f32` have it: matrix, products and sums in single precision.

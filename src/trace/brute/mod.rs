@@ -22,8 +22,8 @@ mod skip;
 
 use self::probe::{Map, Probe, Span};
 use self::skip::Runs;
+use super::FARTHEST;
 use super::exact::{Line, Meeting, Ratio};
-use super::traverse::FARTHEST;
 use crate::cache::View;
 use crate::geom::{Affine, Point, Ray};
 use crate::scene::Scene;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::trace::rays::Random;
+use crate::random::Random;
 use std::cmp::Ordering;
 
 /// Every number as a whole multiple of 2⁻¹⁴⁹.

@@ -4,8 +4,9 @@ use super::Camera;
 use crate::cache::View;
 use crate::geom::Ray;
 use crate::geom::vector::{cross, dot, sub};
+use crate::random::Random;
 use crate::trace::closest_hit;
-use crate::trace::rays::{Random, camera, cosine_ray};
+use crate::trace::rays::{camera, cosine_ray};
 
 /// How far from a surface rays start, and how far they look for occluders, as shares of the scene's diagonal.
 const LIFT: f64 = 1e-4;

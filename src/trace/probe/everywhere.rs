@@ -2,11 +2,11 @@
 
 use super::bounce::{Struck, bounces, camera_rays, diagonal, strike, toward_occluders};
 use super::{CHUNK, Camera};
-use crate::build::Executor;
 use crate::cache::View;
+use crate::exec::Executor;
 use crate::geom::Ray;
 use crate::geom::vector::dot;
-use crate::trace::rays::Random;
+use crate::random::Random;
 
 /// Eyes on each ray that crosses the space.
 const EYES: usize = 4;

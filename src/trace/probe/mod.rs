@@ -14,11 +14,11 @@ pub use camera::Camera;
 pub use everywhere::everywhere;
 
 use self::bounce::{Struck, bounces, camera_rays, diagonal, strike, toward_occluders};
-use super::rays::Random;
 use super::{Counters, any_hit, closest_hit, try_any_hit, try_closest_hit};
-use crate::build::Executor;
 use crate::cache::View;
+use crate::exec::Executor;
 use crate::geom::Ray;
+use crate::random::Random;
 use crate::tree::quality::{REPORT_INTERSECTION_COST, REPORT_TRAVERSAL_COST};
 
 /// Rays that a task traces. A constant, so that nothing depends on the number of threads.
@@ -127,7 +127,7 @@ mod tests {
         let parts = vec![Part { triangle_count: 12, prim_count: 12, ..Part::default() }];
         let mesh = Mesh { positions, triangles, parts, ..Mesh::default() };
         let tree = build_tree(&mesh, options, &Executor::sequential(), &NoProgress).unwrap();
-        Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() })
+        Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::sequential())
     }
 
     #[test]

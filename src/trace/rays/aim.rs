@@ -60,7 +60,7 @@ fn last_place(v: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::rays::Random;
+    use crate::random::Random;
 
     #[test]
     fn exact_aims_are_exact() {

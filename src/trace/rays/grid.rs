@@ -6,8 +6,8 @@
 //! instances the maps turn by quarters, mirror, halve, double and move by whole numbers: both matrices of a file are exact, and so is all
 //! that `f64` does with them.
 
-use super::Random;
 use crate::geom::{Affine, Point, Ray};
+use crate::random::Random;
 use crate::scene::{Instance, Mesh, Part, Scene};
 
 /// Largest corner coordinate.

@@ -6,11 +6,9 @@
 mod aim;
 pub mod grid;
 mod pinhole;
-mod random;
 mod sampler;
 mod sets;
 
 pub use pinhole::camera;
-pub use random::Random;
 pub use sampler::{Sampler, cosine_ray};
 pub use sets::RaySet;

@@ -10,10 +10,10 @@
 //! far off it may be.
 
 use super::{Subtrees, cost_of_visit};
-use crate::build::Executor;
+use crate::exec::Executor;
 use crate::geom::clip::Polygon;
 use crate::geom::{Aabb, Point};
-use crate::trace::rays::Random;
+use crate::random::Random;
 use crate::tree::Node;
 use std::ops::Add;
 

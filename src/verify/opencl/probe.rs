@@ -2,7 +2,7 @@
 //! the host compares the bits.
 
 use super::driver::{Arg, Buffer, Context, DeviceId, Program, Queue, Status};
-use crate::trace::rays::Random;
+use crate::random::Random;
 
 /// Triples of numbers that operations are tried on.
 const PROBES: usize = 2048;

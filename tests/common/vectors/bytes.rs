@@ -1,13 +1,14 @@
 //! Editing a file's bytes and making its hashes right again.
 
 use bvhc::cache::{Header, Image, SectionEntry, SectionKind, WriteOptions, keys, to_bytes};
+use bvhc::exec::Executor;
 use bytemuck::{bytes_of, pod_read_unaligned};
 
 use super::scenes;
 
 /// The file of an image, with every vector's META.
 pub fn file(image: &Image) -> Vec<u8> {
-    to_bytes(image, &scenes::meta(), &WriteOptions::default()).unwrap()
+    to_bytes(image, &scenes::meta(), &WriteOptions::default(), &Executor::current()).unwrap()
 }
 
 pub fn header(file: &[u8]) -> Header {

@@ -6,6 +6,7 @@ use bvhc::cache::{
     Header, Image, InstanceRecord, SectionEntry, SectionKind, TriangleRecord, WriteOptions, section_flags, to_bytes,
     tree_flags,
 };
+use bvhc::exec::Executor;
 use bvhc::geom::Affine;
 use bvhc::scene::{Instance, Mesh};
 use bvhc::tree::{Accel, Node, Tree};
@@ -29,11 +30,11 @@ impl Invalid {
     /// The check that must find this rule and no other.
     pub fn check(&self) -> Report {
         match &self.source {
-            None => check_bytes(&self.bytes, Level::Tree, None, &self.limits),
+            None => check_bytes(&self.bytes, Level::Tree, None, &self.limits, &Executor::current()),
             Some(model) => {
                 let (inputs, instances) = (scenes::inputs(), model.instances.as_deref());
                 let source = Source { meshes: &model.meshes, instances, inputs: &inputs };
-                check_bytes(&self.bytes, Level::Source, Some(&source), &self.limits)
+                check_bytes(&self.bytes, Level::Source, Some(&source), &self.limits, &Executor::current())
             }
         }
     }
@@ -347,7 +348,7 @@ fn instances() -> Vec<Invalid> {
     let place = |mesh| Instance { mesh, transform: Affine::IDENTITY, node: 0, name: String::new() };
     let with_meshes = |meshes: Vec<Mesh>, instances: Vec<Instance>| {
         let blases = meshes.iter().map(|m| if m.triangles.is_empty() { Tree::default() } else { tree(m, 2) }).collect();
-        file(&Image::new(&scenes::with_top(meshes, blases, instances)))
+        file(&Image::new(&scenes::with_top(meshes, blases, instances), &Executor::current()))
     };
     vec![
         edited(&rules::E0501, |i| i.instances[1].world_to_object[5] = f32::INFINITY),
@@ -397,7 +398,8 @@ fn source() -> Vec<Invalid> {
     let mut meta = scenes::meta();
     meta.dependencies[0].len += 1;
     let tree_of_seven = tree(&seven(), 1);
-    let other_input = to_bytes(&one_level(seven(), tree_of_seven), &meta, &WriteOptions::default()).unwrap();
+    let other_input =
+        to_bytes(&one_level(seven(), tree_of_seven), &meta, &WriteOptions::default(), &Executor::current()).unwrap();
     vec![
         against(&rules::E0601, made_from(six), seven()),
         against(&rules::E0602, made_from(sheet(2, 0.0)), seven()),
@@ -405,7 +407,7 @@ fn source() -> Vec<Invalid> {
         against(&rules::E0604, made_from(other_part), seven()),
         Invalid {
             source: Some(Model { meshes: accel.meshes, instances: Some(accel.instances) }),
-            ..broken(&rules::E0605, file(&Image::new(&other_node)))
+            ..broken(&rules::E0605, file(&Image::new(&other_node, &Executor::current())))
         },
         against(&rules::E0606, other_input, seven()),
     ]

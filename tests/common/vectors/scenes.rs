@@ -1,6 +1,7 @@
 //! Small scenes and the plainest tree builder there is: median splits down to leaves of a given size.
 
 use bvhc::cache::{Dependency, Image, Meta, tree_flags};
+use bvhc::exec::Executor;
 use bvhc::geom::{Aabb, Affine, Point};
 use bvhc::scene::{InputFile, Instance, Mesh, Part};
 use bvhc::tree::{Accel, Node, Tree, quality};
@@ -86,7 +87,7 @@ pub fn comb(n: usize) -> (Mesh, Tree) {
 }
 
 pub fn one_level(mesh: Mesh, tree: Tree) -> Image {
-    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() })
+    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::current())
 }
 
 /// A wide triangle cut in two by the plane x = 4, small triangles on both sides, and a third leaf far to the right.
@@ -147,7 +148,7 @@ pub fn with_top(meshes: Vec<Mesh>, blases: Vec<Tree>, instances: Vec<Instance>) 
 }
 
 pub fn two_level() -> Image {
-    Image::new(&two_level_accel())
+    Image::new(&two_level_accel(), &Executor::current())
 }
 
 /// Three named parts, one of them without a name, and source numbers with holes: two triangles were dropped.

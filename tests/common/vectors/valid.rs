@@ -1,6 +1,7 @@
 //! Files that every reader must accept.
 
 use bvhc::cache::{Codec, Header, Image, SectionEntry, SectionKind, WriteOptions, section_flags, to_bytes, tree_flags};
+use bvhc::exec::Executor;
 
 use super::bytes::{self, file};
 use super::scenes::{self, comb, cut_in_two, one_level, parts_mesh, sheet, soup, tree, two_level};
@@ -86,7 +87,7 @@ pub fn packed() -> Vec<u8> {
     let mesh = sheet(20, 0.0);
     let tree = tree(&mesh, 4);
     let options = WriteOptions { codec: Codec::Zstd { level: 3 } };
-    let file = to_bytes(&one_level(mesh, tree), &scenes::meta(), &options).unwrap();
+    let file = to_bytes(&one_level(mesh, tree), &scenes::meta(), &options, &Executor::current()).unwrap();
     assert_eq!(bytes::entries(&file)[bytes::position(&file, SectionKind::TRIS)].codec, SectionEntry::ZSTD);
     file
 }

@@ -1,7 +1,7 @@
 //! The rays that a tree is adapted to, and how often they visit its nodes.
 
-use crate::build::exec::Executor;
 use crate::build::passes::work_tree::WorkTree;
+use crate::exec::Executor;
 use crate::geom::Ray;
 use crate::scene::Mesh;
 use crate::trace::Lent;

@@ -16,8 +16,8 @@ pub use self::guide::Guide;
 use self::treelet::{Found, Treelet, Workshop};
 use super::work_tree::WorkTree;
 use crate::build::error::BuildError;
-use crate::build::exec::Executor;
 use crate::build::progress::Progress;
+use crate::exec::Executor;
 
 /// Nodes that fewer rays visit stay as they are, with all below: areas would decide there.
 const LEAST_RAYS: usize = 64;

@@ -4,8 +4,8 @@ use super::guide::Segment;
 use super::*;
 use crate::build::{BuildOptions, Method, NoProgress, Preset, build_tree};
 use crate::geom::{Aabb, Ray};
+use crate::random::Random;
 use crate::scene::Mesh;
-use crate::trace::rays::Random;
 use crate::tree::{MAX_DEPTH, Node, Tree, quality};
 
 fn point(random: &mut Random, size: f32) -> [f32; 3] {

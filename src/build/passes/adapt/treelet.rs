@@ -4,8 +4,8 @@
 //! its parts, smaller sets first, over all ways to divide it in two (dynamic programming, as in Karras and Aila, section 4).
 
 use super::guide::{Guide, Segment, larger, smaller};
-use crate::build::lanes::{LaneBox, widest};
 use crate::build::passes::work_tree::WorkTree;
+use crate::simd::{LaneBox, widest};
 use crate::tree::MAX_DEPTH;
 
 /// Nodes below a treelet's inner ones, at most. With fewer of them less is gained; eight gain a little more and

@@ -4,7 +4,7 @@ use super::BuildArgs;
 use super::inputs;
 use super::outcome::{Built, Times, dropped};
 use super::plan::{Job, same_file};
-use crate::build::{self, BuildOptions, Executor};
+use crate::build::{self, BuildOptions};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Image, Meta, WriteOptions};
 use crate::cli::Context;
@@ -14,6 +14,7 @@ use crate::cli::failure::Failure;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::progress::Bar;
+use crate::exec::Executor;
 use crate::scene::{self, InputFile, ReadOptions, Scene, SceneError};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -26,7 +27,6 @@ pub struct Workshop<'a> {
     pub read: ReadOptions,
     pub codec: Codec,
     pub recipe: Recipe,
-    pub exec: Executor,
 }
 
 /// A finished build.
@@ -55,25 +55,27 @@ impl Workshop<'_> {
         }
 
         bar.phase("building", build::primitives_to_build(&scene, &self.build));
-        let mut accel = build::compile(scene, &self.build, &self.exec, &bar).map_err(|e| caches::build_failure(&e))?;
-        let image = Image::new(&accel);
+        let mut accel =
+            build::compile(scene, &self.build, &self.context.exec, &bar).map_err(|e| caches::build_failure(&e))?;
+        let image = Image::new(&accel, &self.context.exec);
         let notes = std::mem::take(&mut accel.notes);
         drop(accel);
         let build_time = start.elapsed() - read_time;
 
         bar.spin("writing");
         if job.bytes.is_none() {
-            unchanged(&inputs)?;
+            unchanged(&inputs, &self.context.exec)?;
         }
-        let meta = Meta { notes, ..Meta::new(self.recipe.clone(), &inputs, &report) };
+        let meta = Meta { notes, ..cache::provenance(self.recipe.clone(), &inputs, &report) };
         // Debug builds, and so every test, look into each record before they write it.
         if cfg!(debug_assertions) {
-            let checked = cache::check::check_image(&image, &cache::check::Limits::default());
+            let checked = cache::check::check_image(&image, &cache::check::Limits::default(), &self.context.exec);
             assert!(checked.is_valid(), "a tree that is not valid was built: {:?}", checked.findings);
         }
         let publishing = interrupt::publish()?;
         let options = WriteOptions { codec: self.codec };
-        let written = cache::write_file(&job.output, &image, &meta, &options).map_err(|e| caches::failure(&e))?;
+        let written = cache::write_file(&job.output, &image, &meta, &options, &self.context.exec)
+            .map_err(|e| caches::failure(&e))?;
         drop(publishing);
         if !self.args.no_check {
             self.check(job, written.header.file_id)?;
@@ -135,9 +137,9 @@ fn missing(job: &Job, error: SceneError) -> Failure {
 }
 
 /// An editor or exporter may write while we read: then the tree is of no model that ever was.
-fn unchanged(inputs: &[InputFile]) -> Result<(), Failure> {
+fn unchanged(inputs: &[InputFile], exec: &Executor) -> Result<(), Failure> {
     for input in inputs {
-        let now = cache::hash_file(&input.path);
+        let now = cache::hash_file(&input.path, exec);
         if !matches!(now, Ok(now) if now == (input.len, input.blake3)) {
             return Err(Failure::new(Exit::TryAgain, "the input changed")
                 .fact(format!("{} is no longer the file that was read", names::path(&input.path)))
@@ -160,12 +162,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.obj");
         std::fs::write(&path, "v 0 0 0\n").unwrap();
-        let (len, blake3) = cache::hash_file(&path).unwrap();
+        let (len, blake3) = cache::hash_file(&path, &Executor::sequential()).unwrap();
         let input = InputFile { path: path.clone(), name: "a.obj".into(), len, blake3 };
-        assert_eq!(unchanged(std::slice::from_ref(&input)), Ok(()));
+        assert_eq!(unchanged(std::slice::from_ref(&input), &Executor::sequential()), Ok(()));
         std::fs::write(&path, "v 0 0 1\n").unwrap();
-        assert_eq!(unchanged(std::slice::from_ref(&input)).unwrap_err().exit, Exit::TryAgain);
+        assert_eq!(unchanged(std::slice::from_ref(&input), &Executor::sequential()).unwrap_err().exit, Exit::TryAgain);
         std::fs::remove_file(&path).unwrap();
-        assert_eq!(unchanged(&[input]).unwrap_err().exit, Exit::TryAgain);
+        assert_eq!(unchanged(&[input], &Executor::sequential()).unwrap_err().exit, Exit::TryAgain);
     }
 }

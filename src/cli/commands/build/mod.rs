@@ -9,11 +9,9 @@ pub mod options;
 mod outcome;
 mod plan;
 
-use crate::build::Executor;
 use crate::cache::Codec;
 use crate::cache::keys::Recipe;
 use crate::cli::Context;
-use crate::cli::caches;
 use crate::cli::depfile;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
@@ -130,8 +128,7 @@ fn workshop<'a>(args: &'a BuildArgs, context: &'a Context) -> Result<Workshop<'a
     let mut recipe =
         Recipe { method: method.to_string(), builder_revision: method.revision(), options: build.effective() };
     recipe.options.extend(args.read.effective());
-    let exec = Executor::new(context.global.jobs).map_err(|e| caches::build_failure(&e))?;
-    Ok(Workshop { args, context, build, read, codec: args.codec, recipe, exec })
+    Ok(Workshop { args, context, build, read, codec: args.codec, recipe })
 }
 
 /// Do one job and report it at once. A failure is reported and counted, so that the other jobs go on; only the end of the
@@ -167,7 +164,7 @@ fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
 fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> {
     let (args, context) = (workshop.args, workshop.context);
     inputs::readable(job)?;
-    let verdict = plan::examine(job, &workshop.recipe, workshop.codec);
+    let verdict = plan::examine(job, &workshop.recipe, workshop.codec, &workshop.context.exec);
     let name = names::path(&job.output);
     let reason = match verdict {
         Verdict::UpToDate { build_key, inputs } if !args.force => {

@@ -7,6 +7,7 @@ use crate::cache::{self, Codec, Freshness, SectionEntry};
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
+use crate::exec::Executor;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -118,10 +119,10 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Compare an output with what building it now would give.
-pub fn examine(job: &Job, recipe: &Recipe, codec: Codec) -> Verdict {
+pub fn examine(job: &Job, recipe: &Recipe, codec: Codec, exec: &Executor) -> Verdict {
     let found = match &job.bytes {
-        Some(bytes) => cache::freshness_of_bytes(&job.output, bytes, recipe),
-        None => cache::freshness(&job.output, &job.input, recipe),
+        Some(bytes) => cache::freshness_of_bytes(&job.output, bytes, recipe, exec),
+        None => cache::freshness(&job.output, &job.input, recipe, exec),
     };
     match found {
         Freshness::Stale(reason) => Verdict::Stale(names::escape(&reason.to_string())),

@@ -2,11 +2,12 @@ mod targets;
 #[cfg(test)]
 mod tests;
 
+use super::RaySet;
 use super::aim::{through_middle, toward};
 use super::pinhole::Pinhole;
-use super::{Random, RaySet};
 use crate::geom::vector::{cross, dot, sub};
 use crate::geom::{Aabb, Ray};
+use crate::random::Random;
 use crate::scene::Scene;
 use crate::trace::brute::Source;
 use targets::Targets;

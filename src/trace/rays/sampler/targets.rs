@@ -1,7 +1,7 @@
 use crate::geom::Point;
+use crate::random::Random;
 use crate::scene::Scene;
 use crate::trace::brute::Source;
-use crate::trace::rays::Random;
 
 /// A scene's triangles, to be drawn at random: which, and its corners in world space.
 pub(super) struct Targets<'a> {

@@ -1,0 +1,98 @@
+//! Records: everything behind the container, from a [`View`] alone.
+
+use super::boxes::{self, Items, show};
+use super::counts::{self, TreeRanges};
+use super::report::{Place, Report};
+use super::topology::{self, TreePlace};
+use super::{Limits, identity, instances};
+use crate::cache::rules;
+use crate::exec::Executor;
+use crate::geom::Aabb;
+use crate::layout::{BlasRecord, Header, SectionKind, View, tree_flags};
+use crate::quality;
+
+/// Check every record. Without a header, what only the header states is left out.
+pub fn check_records(view: &View<'_>, flags: u32, header: Option<&Header>, limits: &Limits, exec: &Executor) -> Report {
+    let mut out = Report::new(limits.max_issues);
+    counts::check_flags(view, flags, &mut out);
+    let trees = counts::ranges(view, &mut out);
+
+    // Look at each tree. Many small trees share the cores, a large one divides its nodes among them.
+    let mut depth = Some(0u32);
+    let parts = exec.map_range(view.blases.len().min(trees.len()), |i| match &trees[i] {
+        Some(ranges) => check_tree(view, i as u32, &view.blases[i], ranges, limits, exec),
+        None => (Report::new(limits.max_issues), None),
+    });
+    for (part, tree_depth) in parts {
+        depth = depth.zip(tree_depth).map(|(a, b)| a.max(b));
+        out.append(part);
+    }
+
+    // Look at the top level.
+    if flags & tree_flags::TWO_LEVEL != 0 {
+        let at = TreePlace { kind: SectionKind::TNOD, tree: None, start: 0 };
+        let (nodes, count) = (view.tlas_nodes, view.instances.len());
+        if nodes.len() % 2 != 0 || nodes.is_empty() != (count == 0) {
+            let expected = if count == 0 { "0 without instances" } else { "even and not 0 with instances" };
+            out.add(&rules::E0312, Place::section(SectionKind::TNOD), || (expected.into(), nodes.len().to_string()));
+        }
+        let shape = topology::walk(nodes, count as u64, at, &mut out);
+        depth = depth.zip(shape.depth).map(|(a, b)| a.max(b));
+        out.append(boxes::check(nodes, None, shape.tiled, at, limits.max_issues, exec));
+        instances::check(view, &mut out);
+        instances::check_leaves(view, shape.tiled, at, &mut out);
+    }
+    if let Some(header) = header {
+        counts::check_header(view, header, depth, &mut out);
+    }
+    out
+}
+
+fn check_tree(
+    view: &View<'_>,
+    tree: u32,
+    blas: &BlasRecord,
+    ranges: &TreeRanges,
+    limits: &Limits,
+    exec: &Executor,
+) -> (Report, Option<u32>) {
+    let nodes = &view.nodes[ranges.nodes.0..ranges.nodes.1];
+    let triangles = &view.triangles[ranges.triangles.0..ranges.triangles.1];
+    let at = TreePlace { kind: SectionKind::NODE, tree: Some(tree), start: ranges.nodes.0 as u64 };
+    let items = Items {
+        triangles,
+        start: ranges.triangles.0 as u64,
+        tree,
+        geoms: ranges.geoms,
+        prims: view.geoms,
+        split: blas.flags & tree_flags::DUP_REFS != 0,
+    };
+    let mut out = Report::new(limits.max_issues);
+    let shape = topology::walk(nodes, triangles.len() as u64, at, &mut out);
+    let ((boxes, identity), sah) = exec.join(
+        || {
+            exec.join(
+                || boxes::check(nodes, Some(items), shape.tiled, at, limits.max_issues, exec),
+                || identity::check(nodes, items, shape.tiled, blas.prim_count, limits.max_issues, exec),
+            )
+        },
+        || quality::sah(nodes),
+    );
+    out.append(boxes);
+    out.append(identity);
+
+    // Compare what the row states with what the records are.
+    let place = Place::record(SectionKind::BLAS, tree.into());
+    let root = nodes.first().map_or(Aabb { min: [0.0; 3], max: [0.0; 3] }, |n| n.bounds());
+    let stated = Aabb { min: blas.min, max: blas.max };
+    if root != stated {
+        out.add(&rules::E0414, place, || (show(&root), show(&stated)));
+    }
+    if let Some(depth) = shape.depth.filter(|d| *d != blas.max_depth) {
+        out.add(&rules::E0407, place, || (depth.to_string(), blas.max_depth.to_string()));
+    }
+    if sah.to_bits() != blas.sah.to_bits() && shape.depth.is_some() {
+        out.add(&rules::E0427, place, || (format!("{sah:?}"), format!("{:?}", blas.sah)));
+    }
+    (out, shape.depth)
+}

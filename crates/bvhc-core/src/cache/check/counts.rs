@@ -1,0 +1,154 @@
+use super::boxes::show;
+use super::report::{Place, Report};
+use crate::cache::rules;
+use crate::geom::Aabb;
+use crate::layout::{BlasRecord, GeomRecord, Header, SectionKind, View, tree_flags};
+
+/// A tree's records, as far as its row in `BLAS` could be followed.
+#[derive(Clone, Copy)]
+pub struct TreeRanges {
+    pub nodes: (usize, usize),
+    pub triangles: (usize, usize),
+    pub geoms: (u32, u32),
+}
+
+/// Follow the rows of `BLAS` through `NODE`, `TRIS` and `GEOM`. A tree whose row cannot be followed is `None`.
+pub fn ranges(view: &View<'_>, out: &mut Report) -> Vec<Option<TreeRanges>> {
+    let geoms = geom_ranges(view, out);
+    let mut trees = Vec::with_capacity(view.blases.len()); // as many as there are records in memory
+    let (mut node, mut slot) = (0u64, 0u64);
+    for (i, blas) in view.blases.iter().enumerate() {
+        let place = Place::record(SectionKind::BLAS, i as u64);
+        let nodes = piece(blas.node_offset, blas.node_count, view.nodes.len());
+        let triangles = piece(blas.ref_offset, blas.ref_count, view.triangles.len());
+        if blas.node_offset != node || nodes.is_none() {
+            out.add(&rules::E0310, place, || (node.to_string(), span(blas.node_offset, blas.node_count)));
+        }
+        if blas.ref_offset != slot || triangles.is_none() {
+            out.add(&rules::E0311, place, || (slot.to_string(), span(blas.ref_offset, blas.ref_count)));
+        }
+        node = blas.node_offset.saturating_add(blas.node_count.into());
+        slot = blas.ref_offset.saturating_add(blas.ref_count.into());
+        check_blas(blas, place, out);
+        trees.push(match (nodes, triangles) {
+            (Some(nodes), Some(triangles)) => Some(TreeRanges { nodes, triangles, geoms: geoms[i] }),
+            _ => {
+                out.skip(format!("Tree {i}: its records are not where BLAS says."));
+                None
+            }
+        });
+    }
+
+    // The last row ends where the sections end.
+    let last = Place::record(SectionKind::BLAS, (view.blases.len() as u64).saturating_sub(1));
+    if node != view.nodes.len() as u64 && trees.last().is_none_or(Option::is_some) {
+        let end = view.nodes.len();
+        out.add(&rules::E0310, last, || {
+            (format!("(all trees) 0 and end at {end}"), format!("that the last ends at {node}"))
+        });
+    }
+    if slot != view.triangles.len() as u64 && trees.last().is_none_or(Option::is_some) {
+        let end = view.triangles.len();
+        out.add(&rules::E0311, last, || {
+            (format!("(all trees) 0 and end at {end}"), format!("that the last ends at {slot}"))
+        });
+    }
+    trees
+}
+
+fn piece(offset: u64, count: u32, len: usize) -> Option<(usize, usize)> {
+    let end = offset.checked_add(count.into())?;
+    (end <= len as u64).then_some((offset as usize, end as usize))
+}
+
+fn span(offset: u64, count: u32) -> String {
+    format!("{offset} and {count} records")
+}
+
+fn check_blas(blas: &BlasRecord, place: Place, out: &mut Report) {
+    let odd = !blas.node_count.is_multiple_of(2);
+    if odd || blas.node_count >= 1 << 31 {
+        out.add(&rules::E0312, place, || ("even and < 2147483648".into(), blas.node_count.to_string()));
+    } else if (blas.node_count == 0) != (blas.ref_count == 0) || blas.ref_count >= 1 << 31 {
+        let expected =
+            format!("0 exactly if there are no triangles, and < 2147483648 triangles (there are {})", blas.ref_count);
+        out.add(&rules::E0312, place, || (expected, blas.node_count.to_string()));
+    }
+    if blas.flags != tree_flags::REFITTABLE && blas.flags != tree_flags::DUP_REFS {
+        out.add(&rules::E0313, place, || ("0x1 (REFITTABLE) or 0x2 (DUP_REFS)".into(), format!("{:#x}", blas.flags)));
+    }
+}
+
+/// For each tree its rows of `GEOM`, which stand in the order of the trees.
+fn geom_ranges(view: &View<'_>, out: &mut Report) -> Vec<(u32, u32)> {
+    let mut ranges = vec![(0u32, 0u32); view.blases.len()];
+    let (mut tree, mut row) = (0usize, 0usize);
+    for (i, geom) in view.geoms.iter().enumerate() {
+        let place = Place::record(SectionKind::GEOM, i as u64);
+        check_geom(geom, place, out);
+        if geom.blas as usize >= view.blases.len() || (geom.blas as usize) < tree {
+            let (low, high) = (tree, view.blases.len());
+            out.add(&rules::E0314, place, || (format!("in {low} .. {high}"), geom.blas.to_string()));
+            continue;
+        }
+        if geom.blas as usize != tree || i == 0 {
+            tree = geom.blas as usize;
+            row = i;
+        }
+        ranges[tree] = (row as u32, i as u32 + 1);
+    }
+    ranges
+}
+
+fn check_geom(geom: &GeomRecord, place: Place, out: &mut Report) {
+    if geom.reserved != 0 {
+        out.add(&rules::E0315, place, || ("0".into(), geom.reserved.to_string()));
+    }
+    let end = u64::from(geom.first_prim) + u64::from(geom.prim_count);
+    if end > u64::from(u32::MAX) {
+        out.add(&rules::E0316, place, || (u32::MAX.to_string(), end.to_string()));
+    }
+}
+
+/// Hold the header's flags and the trees' against each other; needs no file.
+pub fn check_flags(view: &View<'_>, flags: u32, out: &mut Report) {
+    let any_split = view.blases.iter().any(|b| b.flags & tree_flags::DUP_REFS != 0);
+    let known = view.blases.iter().all(|b| b.flags == tree_flags::REFITTABLE || b.flags == tree_flags::DUP_REFS);
+    let kind = if any_split { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE };
+    let either = tree_flags::DUP_REFS | tree_flags::REFITTABLE;
+    if known && flags & either != kind {
+        let expected = flags & !either | kind;
+        out.add(&rules::E0309, Place::file(), || (format!("{expected:#x}"), format!("{flags:#x}")));
+    }
+    if flags & tree_flags::TWO_LEVEL == 0 && view.blases.len() > 1 {
+        out.add(&rules::E0317, Place::section(SectionKind::BLAS), || ("1".into(), view.blases.len().to_string()));
+    }
+}
+
+/// Hold the header against the records. `depth` is the deepest leaf of all trees, `None` where some tree could not be followed.
+pub fn check_header(view: &View<'_>, header: &Header, depth: Option<u32>, out: &mut Report) {
+    let mut compare = |rule, offset, expected: u64, actual: u64| {
+        if expected != actual {
+            out.add(rule, Place::byte(offset), || (expected.to_string(), actual.to_string()));
+        }
+    };
+    let live = |records: u64| records.saturating_sub(1);
+    let nodes = view.blases.iter().map(|b| live(b.node_count.into())).sum::<u64>() + live(view.tlas_nodes.len() as u64);
+    compare(&rules::E0301, 176, nodes, header.node_count);
+    compare(&rules::E0302, 168, view.triangles.len() as u64, header.ref_count);
+    compare(&rules::E0303, 160, view.blases.iter().map(|b| u64::from(b.prim_count)).sum(), header.prim_count);
+    compare(&rules::E0304, 184, view.blases.len() as u64, header.blas_count.into());
+    compare(&rules::E0305, 188, view.instances.len() as u64, header.instance_count.into());
+    if let Some(depth) = depth {
+        compare(&rules::E0306, 196, depth.into(), header.max_depth.into());
+    }
+    compare(&rules::E0308, 192, 0, header.frame_count.into());
+
+    // The scene's box is the root's, and zero where there is no root.
+    let two_level = header.has(tree_flags::TWO_LEVEL);
+    let root = if two_level { view.tlas_nodes.first() } else { view.nodes.first() };
+    let expected = root.map_or(Aabb { min: [0.0; 3], max: [0.0; 3] }, |n| n.bounds());
+    if expected != header.scene_bounds() {
+        out.add(&rules::E0307, Place::byte(200), || (show(&expected), show(&header.scene_bounds())));
+    }
+}

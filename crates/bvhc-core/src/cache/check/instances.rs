@@ -1,0 +1,167 @@
+use super::boxes::show;
+use super::identity::Bits;
+use super::report::{Place, Report};
+use super::topology::TreePlace;
+use crate::cache::rules;
+use crate::geom::{Aabb, Affine};
+use crate::layout::{InstanceRecord, SectionKind, View};
+
+/// Check each instance by itself, and the instances against each other and the trees.
+pub fn check(view: &View<'_>, out: &mut Report) {
+    let count = view.instances.len() as u64;
+    let Some(mut ids) = Bits::new(count) else {
+        out.skip("Whether the instances have different numbers: there is not enough memory.");
+        return;
+    };
+    let Some(mut used) = Bits::new(view.blases.len() as u64) else {
+        out.skip("Whether every tree has an instance: there is not enough memory.");
+        return;
+    };
+    for (i, instance) in view.instances.iter().enumerate() {
+        let place = Place::record(SectionKind::INST, i as u64);
+        check_matrices(instance, place, out);
+        if instance.reserved != [0; 3] {
+            out.add(&rules::E0506, place, || ("zero".into(), format!("they are {:?}", instance.reserved)));
+        }
+
+        // Each number below the count stands there once.
+        let id = u64::from(instance.id);
+        if id >= count {
+            out.add(&rules::E0504, place, || (format!("id must be < {count}"), format!("it is {id}")));
+        } else if ids.set(id) {
+            out.add(&rules::E0504, place, || ("each id once".into(), format!("{id} stands there already")));
+        }
+        match view.blases.get(instance.blas as usize) {
+            None => out.add(&rules::E0503, place, || (view.blases.len().to_string(), instance.blas.to_string())),
+            Some(blas) => {
+                used.set(instance.blas.into());
+                if blas.node_count == 0 {
+                    out.add(&rules::W0501, place, || ("triangles".into(), instance.blas.to_string()));
+                }
+            }
+        }
+    }
+    for tree in 0..view.blases.len() as u64 {
+        if !used.get(tree) {
+            out.add(&rules::W0502, Place::record(SectionKind::BLAS, tree), || ("one".into(), tree.to_string()));
+        }
+    }
+}
+
+fn check_matrices(instance: &InstanceRecord, place: Place, out: &mut Report) {
+    let all = || instance.object_to_world.iter().chain(&instance.world_to_object);
+    if let Some(entry) = all().position(|v| !v.is_finite()) {
+        let value = || all().nth(entry).map_or(f32::NAN, |v| *v);
+        out.add(&rules::E0501, place, || ("finite".into(), format!("entry {entry} is {}", value())));
+        return;
+    }
+    let to_world = Affine::from_f32(&instance.object_to_world);
+    let to_object = Affine::from_f32(&instance.world_to_object);
+    let expected = if to_world.determinant() < 0.0 { InstanceRecord::MIRRORED } else { 0 };
+    if instance.flags != expected {
+        out.add(&rules::E0505, place, || (format!("{expected:#x}"), format!("{:#x}", instance.flags)));
+    }
+    if let Some((row, column, error, allowed)) = worst_product(&to_world, &to_object) {
+        out.add(&rules::E0502, place, || {
+            (format!("{allowed:e}"), format!("row {row}, column {column} is off by {error:e}"))
+        });
+    }
+}
+
+/// How far each entry of `o2w · w2o` may be from the identity, relative to the terms that it is summed from.
+///
+/// `w2o` is rounded to `f32` once, an error of at most 2⁻²⁴ of each of its entries, so each term of a product's entry is off by at
+/// most 2⁻²⁴ of itself. Four times that leaves room for writers that invert in `f32`. An absolute bound could not work: an
+/// instance 10⁷ units away has a translation whose own `f32` step is 1, and no matrix would pass 10⁻⁴ there; relative to the terms,
+/// far instances are held to the very accuracy that their coordinates have. A matrix of large scale makes an inverse below the
+/// normal range of `f32`, where rounding errs by up to 2⁻¹⁵⁰ absolutely; the last summand is that.
+const RELATIVE: f64 = 1.0 / (1u64 << 22) as f64;
+
+fn worst_product(to_world: &Affine, to_object: &Affine) -> Option<(usize, usize, f64, f64)> {
+    let (a, b) = (&to_world.rows, &to_object.rows);
+    let subnormal = f64::from(f32::from_bits(1));
+    let mut worst: Option<(usize, usize, f64, f64)> = None;
+    for r in 0..3 {
+        for c in 0..4 {
+            let identity = if r == c { 1.0 } else { 0.0 };
+            let (mut sum, mut terms, mut scale) = (-identity, identity, 0.0);
+            for k in 0..3 {
+                sum += a[r][k] * b[k][c];
+                terms += (a[r][k] * b[k][c]).abs();
+                scale += a[r][k].abs();
+            }
+            if c == 3 {
+                sum += a[r][3];
+                terms += a[r][3].abs();
+            }
+            let allowed = terms * RELATIVE + scale * subnormal;
+            let ratio = sum.abs() / allowed;
+            // Written so that NaN, which finite entries cannot give in f64, would fail too.
+            if !(sum.abs() <= allowed) && worst.is_none_or(|w| ratio > w.2 / w.3) {
+                worst = Some((r, c, sum.abs(), allowed));
+            }
+        }
+    }
+    worst
+}
+
+/// Each leaf of the top level contains the world box of its instances, rounded outward as [`Affine::transform_box`] does.
+///
+/// `tiled`: the leaves are known to tile the instances.
+pub fn check_leaves(view: &View<'_>, tiled: bool, at: TreePlace, out: &mut Report) {
+    if !tiled {
+        out.skip("Whether the instances lie in their leaves: the leaves of the top level do not tile them.");
+        return;
+    }
+    for (i, node) in view.tlas_nodes.iter().enumerate().filter(|(i, n)| *i != 1 && n.is_leaf()) {
+        let first = node.first as usize;
+        let range = first..first.saturating_add(node.count as usize);
+        for (k, instance) in view.instances.get(range).unwrap_or_default().iter().enumerate() {
+            let Some(blas) = view.blases.get(instance.blas as usize).filter(|b| b.node_count > 0) else { continue };
+            let root = Aabb { min: blas.min, max: blas.max };
+            let finite = instance.object_to_world.iter().all(|v| v.is_finite());
+            if !finite || !root.is_valid() || !node.bounds().is_valid() {
+                continue;
+            }
+            let world = Affine::from_f32(&instance.object_to_world).transform_box(&root);
+            if !node.bounds().contains(&world) {
+                let place = Place::record(SectionKind::INST, (first + k) as u64);
+                out.add(&rules::E0507, place, || (format!("{} ({})", show(&node.bounds()), at.node(i)), show(&world)));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn is_inverse(to_world: [[f64; 4]; 3]) -> bool {
+        let rounded = Affine::from_f32(&Affine { rows: to_world }.to_f32());
+        let back = Affine::from_f32(&rounded.inverse().unwrap().to_f32());
+        worst_product(&rounded, &back).is_none()
+    }
+
+    #[test]
+    fn far_large_small_and_skewed_instances_pass() {
+        let at = |s: f64, t: f64| [[s, 0.1 * s, 0.0, t], [-0.1 * s, s, 0.3 * s, -t], [0.0, 0.0, 2.0 * s, t / 3.0]];
+        for s in [1e-30f64, 1e-6, 1.0, 3.7, 1e6, 1e30] {
+            for t in [0.0f64, 1.0, 1e7, -1e12] {
+                if (t / s).abs() < 1e38 {
+                    assert!(is_inverse(at(s, t)), "scale {s}, translation {t}");
+                }
+            }
+        }
+        assert!(is_inverse([[1.0, 1.0, 1.0, 0.0], [1.0, 1.0001, 1.0, 5.0], [1.0, 1.0, 1.0002, 9.0]]));
+    }
+
+    #[test]
+    fn an_inverse_that_is_off_by_a_thousandth_fails() {
+        let to_world = Affine { rows: [[2.0, 0.0, 0.0, 1e7], [0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0]] };
+        let mut back = to_world.inverse().unwrap();
+        assert!(worst_product(&to_world, &back).is_none());
+        back.rows[1][1] *= 1.001;
+        assert_eq!(worst_product(&to_world, &back).map(|w| (w.0, w.1)), Some((1, 1)));
+        assert!(worst_product(&to_world, &Affine::IDENTITY).is_some());
+    }
+}

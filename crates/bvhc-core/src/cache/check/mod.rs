@@ -1,0 +1,166 @@
+//! The check: is this file intact, well formed, and the tree of that model?
+//!
+//! It collects instead of stopping at the first finding, and never trusts what it has not checked yet: a broken container keeps the
+//! deeper levels away from the sections that it makes unreadable, and [`Report::not_checked`] says so. Nothing here panics,
+//! recurses over file content, or allocates by a number that the file's length does not bear out.
+//!
+//! | level | asks | cost |
+//! |---|---|---|
+//! | [`Level::Quick`] | header, section table, tiling, ids | the table's length |
+//! | [`Level::Hash`] | every hash, every compressed section | one read of the file |
+//! | [`Level::Tree`] | every record | a few passes over the records |
+//! | [`Level::Source`] | agreement with the source model | a look-up for each triangle |
+
+mod boxes;
+mod container;
+mod content;
+mod counts;
+mod cover;
+mod hashes;
+mod identity;
+mod instances;
+mod provenance;
+mod report;
+mod topology;
+
+use bytemuck::Pod;
+
+use super::aligned::AlignedBytes;
+use super::meta::Meta;
+use super::rules;
+use crate::exec::Executor;
+use crate::layout::{SectionEntry, SectionKind, View, tree_flags};
+use container::Layout;
+use hashes::Decoded;
+
+pub use container::hex;
+pub use content::check_records;
+pub use identity::Bits;
+pub use report::{Finding, Place, Report};
+
+/// How deep to look. Each level includes those before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    Quick,
+    Hash,
+    Tree,
+    Source,
+}
+
+/// What a check may spend.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Findings that are kept for each rule; the others are only counted.
+    pub max_issues: usize,
+    /// Bytes that compressed sections may decode to, all together.
+    pub max_memory: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Limits {
+        Limits { max_issues: 20, max_memory: 8 << 30 }
+    }
+}
+
+/// Compares the records of a file with the model that it was built from, and adds what it finds to the report.
+pub type AgainstSource<'a> = &'a dyn Fn(&View<'_>, Option<&Meta>, &mut Report);
+
+/// Check a file's bytes as deeply as `level` says; [`Level::Source`] needs `source` and is [`Level::Tree`] without.
+pub fn check_bytes(
+    bytes: &[u8],
+    level: Level,
+    source: Option<AgainstSource<'_>>,
+    limits: &Limits,
+    exec: &Executor,
+) -> Report {
+    let mut out = Report::new(limits.max_issues);
+    let Some(layout) = container::read(bytes, &mut out) else { return out };
+    if level >= Level::Hash {
+        let mut decoded = hashes::check(&layout, limits, &mut out, exec);
+        if level >= Level::Tree {
+            align(&mut decoded, limits, &mut out);
+            let source = source.filter(|_| level >= Level::Source);
+            check_content(&layout, &decoded, source, limits, &mut out, exec);
+        }
+    }
+    locate(&mut out, &layout);
+    out
+}
+
+/// Copy sections that do not lie on a boundary of their records: the given bytes may start anywhere.
+fn align(decoded: &mut [Option<Decoded<'_>>], limits: &Limits, out: &mut Report) {
+    let mut left = limits.max_memory;
+    for section in decoded.iter_mut() {
+        let Some(Decoded::InFile(bytes)) = section else { continue };
+        if bytes.as_ptr().align_offset(8) == 0 {
+            continue;
+        }
+        let copy = if bytes.len() as u64 <= left { AlignedBytes::zeroed(bytes.len()).ok() } else { None };
+        left -= copy.as_ref().map_or(0, |_| bytes.len() as u64);
+        *section = copy.map(|mut copy| {
+            copy.as_mut_slice().copy_from_slice(bytes);
+            Decoded::Owned(copy)
+        });
+        if section.is_none() {
+            out.add(&rules::E0127, Place::file(), || (limits.max_memory.to_string(), "more, to align them".into()));
+        }
+    }
+}
+
+fn check_content(
+    layout: &Layout<'_>,
+    decoded: &[Option<Decoded<'_>>],
+    source: Option<AgainstSource<'_>>,
+    limits: &Limits,
+    out: &mut Report,
+    exec: &Executor,
+) {
+    // Read what stands by itself first.
+    let find = |kind| layout.find(kind).and_then(|i| Some((decoded[i].as_ref()?.as_slice(), &layout.entries[i])));
+    let meta = find(SectionKind::META).and_then(|(bytes, _)| provenance::check_meta(bytes, &layout.header, out));
+
+    // Records can only be judged together.
+    let two_level = layout.header.has(tree_flags::TWO_LEVEL);
+    let mut missing = Vec::new();
+    let mut bytes = |kind: SectionKind, wanted: bool| match find(kind) {
+        Some((bytes, _)) if wanted => bytes,
+        None if wanted => {
+            missing.push(kind.to_string());
+            &[]
+        }
+        _ => &[],
+    };
+    let view = View {
+        nodes: records(bytes(SectionKind::NODE, true)),
+        triangles: records(bytes(SectionKind::TRIS, true)),
+        geoms: records(bytes(SectionKind::GEOM, true)),
+        blases: records(bytes(SectionKind::BLAS, true)),
+        tlas_nodes: records(bytes(SectionKind::TNOD, two_level)),
+        instances: records(bytes(SectionKind::INST, two_level)),
+    };
+    if !missing.is_empty() {
+        out.skip(format!("All records: {} cannot be read.", missing.join(", ")));
+        return;
+    }
+    out.append(check_records(&view, layout.header.tree_flags, Some(&layout.header), limits, exec));
+    provenance::check_names(find(SectionKind::NAMS).map(|(b, e)| (b, e.elem_count)), view.geoms, out);
+    if let Some(source) = source {
+        source(&view, meta.as_ref(), out);
+    }
+}
+
+/// The container's rules made the length a multiple of the record's, and the bytes are aligned.
+fn records<T: Pod>(bytes: &[u8]) -> &[T] {
+    bytemuck::try_cast_slice(bytes).unwrap_or_default()
+}
+
+/// Say for each record where in the file it stands, unless its section is compressed.
+fn locate(out: &mut Report, layout: &Layout<'_>) {
+    for finding in &mut out.findings {
+        let place = &mut finding.place;
+        let entry = layout.entries.iter().find(|e| Some(e.kind) == place.section && e.codec == SectionEntry::RAW);
+        if let (None, Some(entry), Some(index)) = (place.offset, entry, place.index) {
+            place.offset = index.checked_mul(entry.elem_size.into()).and_then(|o| o.checked_add(entry.offset));
+        }
+    }
+}

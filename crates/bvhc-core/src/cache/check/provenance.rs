@@ -1,0 +1,79 @@
+//! `META` and `NAMS`: what traversal does not need, but people and build systems do.
+
+use super::container::hex;
+use super::report::{Place, Report};
+use crate::cache::error::FaultClass;
+use crate::cache::meta::Meta;
+use crate::cache::rules;
+use crate::layout::{GeomRecord, Header, MAX_STRING_LEN, SectionKind};
+
+/// META in its one encoding, and the build key that follows from it.
+pub fn check_meta(bytes: &[u8], header: &Header, out: &mut Report) -> Option<Meta> {
+    match Meta::decode(bytes) {
+        Ok(meta) => {
+            let key = meta.build_key();
+            if key != header.build_key {
+                out.add(&rules::E0207, Place::byte(128), || (hex(&key), hex(&header.build_key)));
+            }
+            Some(meta)
+        }
+        Err(fault) if fault.class == FaultClass::Unsupported => {
+            out.skip(format!("META: {}.", fault.detail));
+            None
+        }
+        Err(fault) => {
+            let at = Place::section(SectionKind::META);
+            out.add(&rules::E0206, at, || ("META must be in its one encoding".into(), fault.detail));
+            None
+        }
+    }
+}
+
+/// One name for each part: the table adds up, the text is UTF-8, and each name has the hash that its part states.
+///
+/// `names`: the section's bytes and its `elem_count`; `None` where no part may have a name.
+pub fn check_names(names: Option<(&[u8], u64)>, geoms: &[GeomRecord], out: &mut Report) {
+    let at = Place::section(SectionKind::NAMS);
+    let Some((bytes, stated)) = names else { return };
+    let word = |i: usize| Some(u32::from_le_bytes(bytes.get(i.checked_mul(4)?..)?.get(..4)?.try_into().ok()?));
+    let mut refuse = |expected: String, actual: String| out.add(&rules::E0208, at, || (expected, actual));
+    let count = geoms.len();
+    let (Some(names), Some(text_len)) = (word(0), word(1)) else {
+        return refuse("the section must have 8 bytes at least".into(), format!("it has {}", bytes.len()));
+    };
+    if names as usize != count || stated != count as u64 {
+        return refuse(format!("there must be {count} names"), format!("the section has {names}, its entry {stated}"));
+    }
+    let text_start = 8 + 4 * count; // there are that many records in memory
+    let text = bytes.get(text_start..).unwrap_or_default();
+    if bytes.len() < text_start || text.len() != text_len as usize {
+        return refuse(
+            format!("{} bytes of text must follow the table", text_len),
+            format!("there are {}", text.len()),
+        );
+    }
+
+    // Cut the text into names.
+    let mut start = 0usize;
+    for (i, geom) in geoms.iter().enumerate() {
+        let end = word(2 + i).unwrap_or(0) as usize;
+        let name = if end >= start { text.get(start..end) } else { None };
+        let Some(name) = name.filter(|n| n.len() <= MAX_STRING_LEN && std::str::from_utf8(n).is_ok()) else {
+            let expected =
+                format!("name {i} must be up to {MAX_STRING_LEN} bytes of UTF-8 within {} bytes", text.len());
+            out.add(&rules::E0208, at, || (expected, format!("it is bytes {start} to {end}")));
+            return;
+        };
+        let hash = if name.is_empty() { [0; 32] } else { *blake3::hash(name).as_bytes() };
+        if hash != geom.name_hash {
+            let place = Place::record(SectionKind::GEOM, i as u64);
+            out.add(&rules::E0320, place, || (hex(&hash), hex(&geom.name_hash)));
+        }
+        start = end;
+    }
+    if start != text.len() {
+        out.add(&rules::E0208, at, || {
+            (format!("the last name must end at {}", text.len()), format!("it ends at {start}"))
+        });
+    }
+}

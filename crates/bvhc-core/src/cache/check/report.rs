@@ -1,0 +1,187 @@
+use std::collections::BTreeMap;
+use std::fmt;
+
+#[cfg(feature = "serde")]
+use serde::ser::{Serialize, SerializeStruct, Serializer};
+
+use crate::cache::rules::{Rule, Severity};
+use crate::layout::SectionKind;
+
+/// Where something was found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// `None`: the header, the table or the file as a whole.
+    pub section: Option<SectionKind>,
+    /// The BLAS that the record belongs to, and the record's number in that tree.
+    pub tree: Option<(u32, u64)>,
+    /// The record's number in the section, or the entry's number in the table.
+    pub index: Option<u64>,
+    /// Byte in the file; `None` where the section is compressed or nothing is a file yet.
+    pub offset: Option<u64>,
+}
+
+impl Place {
+    pub fn file() -> Place {
+        Place::default()
+    }
+
+    pub fn byte(offset: u64) -> Place {
+        Place { offset: Some(offset), ..Place::default() }
+    }
+
+    pub fn section(kind: SectionKind) -> Place {
+        Place { section: Some(kind), ..Place::default() }
+    }
+
+    pub fn record(kind: SectionKind, index: u64) -> Place {
+        Place { section: Some(kind), index: Some(index), ..Place::default() }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.section, self.index) {
+            (Some(kind), Some(index)) => write!(f, "{kind}[{index}]")?,
+            (Some(kind), None) => write!(f, "{kind}")?,
+            (None, Some(index)) => write!(f, "entry {index}")?,
+            (None, None) => write!(f, "file")?,
+        }
+        if let Some((tree, record)) = self.tree {
+            write!(f, " (tree {tree}, record {record})")?;
+        }
+        match self.offset {
+            Some(offset) => write!(f, " @{offset:#x}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// One breach of one rule.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    pub rule: &'static Rule,
+    pub place: Place,
+    /// The rule's detail line with both values.
+    pub detail: String,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {:<22} {}: {}", self.rule.id, self.rule.name, self.place, self.detail)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl Serialize for Finding {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut out = serializer.serialize_struct("Finding", 8)?;
+        out.serialize_field("id", self.rule.id)?;
+        out.serialize_field("name", self.rule.name)?;
+        out.serialize_field("severity", &self.rule.severity())?;
+        out.serialize_field("section", &self.place.section.map(|kind| kind.to_string()))?;
+        out.serialize_field("tree", &self.place.tree.map(|(tree, _)| tree))?;
+        out.serialize_field("index", &self.place.index)?;
+        out.serialize_field("offset", &self.place.offset)?;
+        out.serialize_field("detail", &self.detail)?;
+        out.end()
+    }
+}
+
+/// What a check found. Findings stand in a fixed order whatever the number of threads: level by level, section by section, record
+/// by record.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// At most `max_issues` for each rule; [`Report::counts`] has them all.
+    pub findings: Vec<Finding>,
+    /// Parts of the file that were not looked into although the level asks for it, and why: whole sentences.
+    pub not_checked: Vec<String>,
+    tallies: BTreeMap<&'static str, Tally>,
+    max_issues: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Tally {
+    rule: &'static Rule,
+    total: u64,
+    stored: usize,
+}
+
+impl Report {
+    pub fn new(max_issues: usize) -> Report {
+        Report { max_issues, ..Report::default() }
+    }
+
+    /// Neither an error nor a warning.
+    pub fn is_clean(&self) -> bool {
+        self.tallies.is_empty()
+    }
+
+    /// No errors: the file may be traced. Warnings do not matter.
+    pub fn is_valid(&self) -> bool {
+        self.errors() == 0
+    }
+
+    pub fn errors(&self) -> u64 {
+        self.total(Severity::Error)
+    }
+
+    pub fn warnings(&self) -> u64 {
+        self.total(Severity::Warning)
+    }
+
+    fn total(&self, severity: Severity) -> u64 {
+        self.tallies.values().filter(|t| t.rule.severity() == severity).map(|t| t.total).sum()
+    }
+
+    /// Every rule that was broken and how often, stored or not, in the order of rule numbers.
+    pub fn counts(&self) -> impl Iterator<Item = (&'static Rule, u64)> + '_ {
+        self.tallies.values().map(|t| (t.rule, t.total))
+    }
+
+    /// How many breaches of this rule there are, stored or not.
+    pub fn count(&self, rule: &Rule) -> u64 {
+        self.tallies.get(rule.id).map_or(0, |t| t.total)
+    }
+
+    /// Breaches that were counted but not stored.
+    pub fn truncated(&self) -> u64 {
+        self.tallies.values().map(|t| t.total - t.stored as u64).sum()
+    }
+
+    /// Whether every error says that the file is of a kind that this version cannot read, and none that it is broken.
+    pub fn is_unsupported(&self) -> bool {
+        !self.is_valid()
+            && self.tallies.values().all(|t| t.rule.severity() == Severity::Warning || t.rule.is_unsupported())
+    }
+
+    /// Count a breach, and describe it if there is room: `values` gives the expected and the actual value.
+    pub fn add(&mut self, rule: &'static Rule, place: Place, values: impl FnOnce() -> (String, String)) {
+        let tally = self.tallies.entry(rule.id).or_insert(Tally { rule, total: 0, stored: 0 });
+        tally.total += 1;
+        if tally.stored < self.max_issues {
+            tally.stored += 1;
+            let (expected, actual) = values();
+            self.findings.push(Finding { rule, place, detail: rule.describe(&expected, &actual) });
+        }
+    }
+
+    pub fn skip(&mut self, what: impl Into<String>) {
+        self.not_checked.push(what.into());
+    }
+
+    /// Append what a later part of the file was found guilty of.
+    pub fn append(&mut self, later: Report) {
+        for finding in later.findings {
+            let tally =
+                self.tallies.entry(finding.rule.id).or_insert(Tally { rule: finding.rule, total: 0, stored: 0 });
+            if tally.stored < self.max_issues {
+                tally.stored += 1;
+                self.findings.push(finding);
+            }
+        }
+        for (id, t) in later.tallies {
+            self.tallies.entry(id).or_insert(Tally { total: 0, stored: 0, ..t }).total += t.total;
+        }
+        self.not_checked.extend(later.not_checked);
+    }
+}

@@ -1,0 +1,173 @@
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a cache could not be read, written or converted.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum CacheError {
+    /// The file system said no.
+    Io {
+        /// What was tried: a verb, such as `open`.
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// The bytes break a rule of the format: this is no cache, or a damaged one.
+    Invalid {
+        /// The file.
+        name: String,
+        /// Number of the broken rule.
+        rule: &'static str,
+        /// What is expected and what was found.
+        detail: String,
+    },
+    /// The file may be sound, but it needs something that this version does not know.
+    Unsupported {
+        /// The file.
+        name: String,
+        /// Number of the rule that makes a reader refuse it.
+        rule: &'static str,
+        /// What it needs, and what this version knows.
+        detail: String,
+    },
+    /// The file may be sound, but a limit forbids to read or write it.
+    Limit {
+        /// The file.
+        name: String,
+        /// The limit and what would be needed.
+        detail: String,
+        /// Which limit it is, so that a program can say how to raise it.
+        limit: Limited,
+    },
+    /// What was given to the writer cannot stand in a file. A fault of the program that called it.
+    Unwritable {
+        /// The file.
+        name: String,
+        /// What is wrong with it.
+        detail: String,
+    },
+}
+
+/// The limits that a file can exceed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Limited {
+    /// Bytes of memory: [`OpenOptions::max_memory`](super::OpenOptions::max_memory).
+    Memory,
+    /// What the format can hold.
+    Format,
+}
+
+/// The classes of [`CacheError`] that exit codes distinguish.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// The file system said no.
+    Io,
+    /// The bytes break a rule of the format.
+    Invalid,
+    /// A newer version or another build of this library is needed.
+    Unsupported,
+    /// A limit forbids it.
+    Limit,
+    /// A fault of the calling program.
+    Internal,
+}
+
+impl fmt::Display for CacheError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            CacheError::Io { action, path, .. } => write!(f, "cannot {action} {}", path.display()),
+            CacheError::Invalid { name, rule, detail } | CacheError::Unsupported { name, rule, detail } => {
+                write!(f, "cannot read {name}: {detail} ({rule})")
+            }
+            CacheError::Limit { name, detail, .. } => write!(f, "cannot process {name}: {detail}"),
+            CacheError::Unwritable { name, detail } => write!(f, "cannot write {name}: {detail}"),
+        }
+    }
+}
+
+impl std::error::Error for CacheError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            CacheError::Io { source, .. } => Some(source),
+            _ => None,
+        }
+    }
+}
+
+impl CacheError {
+    /// The class of the error.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            CacheError::Io { .. } => ErrorKind::Io,
+            CacheError::Invalid { .. } => ErrorKind::Invalid,
+            CacheError::Unsupported { .. } => ErrorKind::Unsupported,
+            CacheError::Limit { .. } => ErrorKind::Limit,
+            CacheError::Unwritable { .. } => ErrorKind::Internal,
+        }
+    }
+
+    /// The number of the broken rule (`E0119`), where one was broken.
+    pub fn rule(&self) -> Option<&'static str> {
+        match self {
+            CacheError::Invalid { rule, .. } | CacheError::Unsupported { rule, .. } => Some(rule),
+            _ => None,
+        }
+    }
+
+    /// For `map_err`: the file system's word on an action with a file.
+    pub fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> CacheError {
+        let path = path.to_owned();
+        move |source| CacheError::Io { action, path, source }
+    }
+}
+
+/// A broken rule before it is known which file broke it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    pub rule: &'static str,
+    pub detail: String,
+    pub class: FaultClass,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultClass {
+    Invalid,
+    Unsupported,
+    MemoryLimit,
+}
+
+/// Without the file's name: for what does not keep it from being used.
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.detail, self.rule)
+    }
+}
+
+impl Fault {
+    pub fn invalid(rule: &'static str, detail: impl Into<String>) -> Fault {
+        Fault { rule, detail: detail.into(), class: FaultClass::Invalid }
+    }
+
+    pub fn unsupported(rule: &'static str, detail: impl Into<String>) -> Fault {
+        Fault { rule, detail: detail.into(), class: FaultClass::Unsupported }
+    }
+
+    pub fn memory(needed: u128, limit: u64) -> Fault {
+        let detail = format!("its sections take {needed} bytes of memory and the limit is {limit} bytes");
+        Fault { rule: "E0127", detail, class: FaultClass::MemoryLimit }
+    }
+
+    pub fn of(self, name: &str) -> CacheError {
+        let (name, rule, detail) = (name.to_owned(), self.rule, self.detail);
+        match self.class {
+            FaultClass::Invalid => CacheError::Invalid { name, rule, detail },
+            FaultClass::Unsupported => CacheError::Unsupported { name, rule, detail },
+            FaultClass::MemoryLimit => CacheError::Limit { name, detail, limit: Limited::Memory },
+        }
+    }
+}

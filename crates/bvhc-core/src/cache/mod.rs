@@ -1,0 +1,35 @@
+//! The `.bvhc` file as a reader sees it: opened, validated, handed out as slices; and the rules that it is checked by.
+//!
+//! `format-spec/SPEC.md` is the law; this room knows no builder and no model.
+
+mod aligned;
+pub mod check;
+mod container;
+mod error;
+mod head;
+pub mod keys;
+mod meta;
+#[cfg(feature = "zstd")]
+mod pack;
+mod reader;
+pub mod rules;
+
+pub use crate::layout::{
+    BUILDERS, BlasRecord, BlasView, GeomRecord, Header, InstanceRecord, KINDS, KNOWN_REQUIRED_FEATURES, KindRule,
+    MAGIC, MAJOR, MAX_SECTIONS, MAX_STRING_LEN, MIN_MINOR, MINOR, NO_NODE, Names, Presence, SectionEntry, SectionKind,
+    TriangleRecord, View, builder_id, clip_name, section_flags, tree_flags,
+};
+pub use error::{CacheError, ErrorKind, Limited};
+pub use head::Head;
+pub use meta::{Dependency, MAX_META_LEN, Meta};
+pub use reader::{Cache, FileBytes, OpenOptions, Opened, Validation};
+
+/// What writers of files share with the reader. Not part of the stable interface.
+#[doc(hidden)]
+pub mod parts {
+    pub use super::container::{Container, check_tree_flags, is_known_codec, is_understood};
+    pub use super::error::{Fault, FaultClass};
+    #[cfg(feature = "zstd")]
+    pub use super::pack::{BLOCK_LEN, pack};
+    pub use crate::layout::{clip, encode_names};
+}

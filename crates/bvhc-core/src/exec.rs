@@ -1,0 +1,279 @@
+//! The only place that knows threads.
+//!
+//! Every operation has a sequential twin with identical results: work is cut into chunks whose size the caller fixes,
+//! and results come back in the order of the chunks, so nothing depends on how many threads there are or which of them
+//! was first.
+
+#[cfg(feature = "rayon")]
+use rayon::prelude::*;
+use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::time::{Duration, Instant};
+
+/// Fewest items that are worth a task where each is a matter of nanoseconds.
+#[cfg(feature = "rayon")]
+const LEAST: usize = 1 << 12;
+
+/// Runs closures on a fixed number of threads, or all of them on the caller's.
+///
+/// Without the crate's feature `rayon` every executor is the sequential twin.
+#[derive(Debug)]
+pub struct Executor {
+    pool: Pool,
+    meter: Option<Meter>,
+}
+
+#[derive(Debug)]
+enum Pool {
+    /// The sequential twin.
+    None,
+    /// Threads of this executor alone.
+    #[cfg(feature = "rayon")]
+    Own(rayon::ThreadPool),
+    /// The pool that the calling thread belongs to, or else the process's.
+    #[cfg(feature = "rayon")]
+    Current,
+}
+
+/// The operating system refused to start threads.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ThreadsError {
+    /// Threads that were asked for.
+    pub jobs: usize,
+    /// What the operating system said.
+    pub reason: String,
+}
+
+impl fmt::Display for ThreadsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot start {} threads: {}", self.jobs, self.reason)
+    }
+}
+
+impl std::error::Error for ThreadsError {}
+
+/// Of a metered executor: how many operations are open, and how long at least one was.
+#[derive(Debug, Default)]
+struct Meter {
+    open: AtomicU64,
+    nanoseconds: AtomicU64,
+}
+
+impl Executor {
+    /// Everything on the calling thread.
+    pub const fn sequential() -> Executor {
+        Executor { pool: Pool::None, meter: None }
+    }
+
+    /// The threads of the pool that the calling thread belongs to, or else rayon's own pool of one thread per core. Without the
+    /// feature `rayon`: [`Executor::sequential`].
+    pub const fn current() -> Executor {
+        #[cfg(feature = "rayon")]
+        return Executor { pool: Pool::Current, meter: None };
+        #[cfg(not(feature = "rayon"))]
+        return Executor::sequential();
+    }
+
+    /// Everything on the calling thread, but cut up as for several, and [`Executor::divided`] tells how much of it was.
+    pub fn metered() -> Executor {
+        Executor { pool: Pool::None, meter: Some(Meter::default()) }
+    }
+
+    /// How long a [metered](Executor::metered) executor has spent in work that several threads would share. The rest is what no number
+    /// of threads makes quicker.
+    pub fn divided(&self) -> Duration {
+        Duration::from_nanos(self.meter.as_ref().map_or(0, |meter| meter.nanoseconds.load(Relaxed)))
+    }
+
+    /// The sequential twin of an operation.
+    fn alone<R>(&self, work: impl FnOnce() -> R) -> R {
+        let Some(meter) = &self.meter else { return work() };
+        if meter.open.fetch_add(1, Relaxed) > 0 {
+            let result = work();
+            meter.open.fetch_sub(1, Relaxed);
+            return result;
+        }
+        let start = Instant::now();
+        let result = work();
+        meter.open.fetch_sub(1, Relaxed);
+        meter.nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Relaxed);
+        result
+    }
+
+    /// `jobs` threads; 0 means one per core. One thread is the caller's own: no thread is started.
+    ///
+    /// # Errors
+    /// Where the operating system starts no threads.
+    #[cfg(feature = "rayon")]
+    pub fn new(jobs: usize) -> Result<Executor, ThreadsError> {
+        let jobs = if jobs == 0 { std::thread::available_parallelism().map_or(1, |n| n.get()) } else { jobs };
+        if jobs == 1 {
+            return Ok(Executor::sequential());
+        }
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(jobs)
+            .thread_name(|i| format!("bvhc-{i}"))
+            .build()
+            .map_err(|e| ThreadsError { jobs, reason: e.to_string() })?;
+        Ok(Executor { pool: Pool::Own(pool), meter: None })
+    }
+
+    /// The sequential twin, whatever `jobs` says: the crate was built without the feature `rayon`.
+    ///
+    /// # Errors
+    /// None.
+    #[cfg(not(feature = "rayon"))]
+    pub fn new(_jobs: usize) -> Result<Executor, ThreadsError> {
+        Ok(Executor::sequential())
+    }
+
+    /// How many threads share the work.
+    pub fn threads(&self) -> usize {
+        match &self.pool {
+            Pool::None => 1,
+            #[cfg(feature = "rayon")]
+            Pool::Own(pool) => pool.current_num_threads(),
+            #[cfg(feature = "rayon")]
+            Pool::Current => rayon::current_num_threads(),
+        }
+    }
+
+    /// Whether nothing need be cut up.
+    pub fn is_sequential(&self) -> bool {
+        matches!(self.pool, Pool::None) && self.meter.is_none()
+    }
+
+    #[cfg(feature = "rayon")]
+    fn is_parallel(&self) -> bool {
+        !matches!(self.pool, Pool::None)
+    }
+
+    /// Enter the pool: what `f` spawns through this executor runs on its threads.
+    pub fn run<R: Send>(&self, f: impl FnOnce() -> R + Send) -> R {
+        match &self.pool {
+            #[cfg(feature = "rayon")]
+            Pool::Own(pool) => pool.install(f),
+            _ => f(),
+        }
+    }
+
+    /// Both closures, side by side where a thread is free.
+    pub fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+        #[cfg(feature = "rayon")]
+        if self.is_parallel() {
+            return self.run(|| rayon::join(a, b));
+        }
+        self.alone(|| (a(), b()))
+    }
+
+    /// `f(index, item)` for every item; results in order.
+    pub fn map<T: Send, R: Send>(&self, items: Vec<T>, f: impl Fn(usize, T) -> R + Sync) -> Vec<R> {
+        #[cfg(feature = "rayon")]
+        if self.is_parallel() {
+            return self.run(|| items.into_par_iter().enumerate().map(|(i, item)| f(i, item)).collect());
+        }
+        self.alone(|| items.into_iter().enumerate().map(|(i, item)| f(i, item)).collect())
+    }
+
+    /// `f(i)` for every `i` below `count`, each a task of its own; results in order. For many small items:
+    /// [`Executor::generate`].
+    pub fn map_range<R: Send>(&self, count: usize, f: impl Fn(usize) -> R + Sync + Send) -> Vec<R> {
+        #[cfg(feature = "rayon")]
+        if self.is_parallel() {
+            return self.run(|| (0..count).into_par_iter().map(f).collect());
+        }
+        self.alone(|| (0..count).map(f).collect())
+    }
+
+    /// `f(i)` for every `i` below `count`, in order. Nobody clears the memory first, as one thread would have to for all.
+    pub fn generate<T: Send>(&self, count: usize, f: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+        let mut items = Vec::with_capacity(count);
+        self.append(&mut items, count, f);
+        items
+    }
+
+    /// [`Executor::generate`] behind what `items` holds already.
+    pub fn append<T: Send>(&self, items: &mut Vec<T>, count: usize, f: impl Fn(usize) -> T + Sync + Send) {
+        #[cfg(feature = "rayon")]
+        if self.is_parallel() {
+            return self.run(|| items.par_extend((0..count).into_par_iter().with_min_len(LEAST).map(f)));
+        }
+        self.alone(|| items.extend((0..count).map(f)));
+    }
+
+    /// [`Executor::map`] with memory to work in, which `make` makes once for a run of items. It comes as the item before left it, and
+    /// nothing may depend on which that was.
+    pub fn map_with<T: Send, W, R: Send>(
+        &self,
+        items: Vec<T>,
+        make: impl Fn() -> W + Sync + Send,
+        f: impl Fn(&mut W, usize, T) -> R + Sync + Send,
+    ) -> Vec<R> {
+        #[cfg(feature = "rayon")]
+        if self.is_parallel() {
+            let each = |memory: &mut W, (i, item)| f(memory, i, item);
+            return self.run(|| items.into_par_iter().enumerate().map_init(make, each).collect());
+        }
+        self.alone(|| {
+            let mut memory = make();
+            items.into_iter().enumerate().map(|(i, item)| f(&mut memory, i, item)).collect()
+        })
+    }
+
+    /// `f(index, chunk)` for every chunk of `size` items (the last may be shorter); results in order.
+    pub fn map_chunks<T: Sync, R: Send>(
+        &self,
+        items: &[T],
+        size: usize,
+        f: impl Fn(usize, &[T]) -> R + Sync,
+    ) -> Vec<R> {
+        #[cfg(feature = "rayon")]
+        if self.is_parallel() {
+            return self.run(|| items.par_chunks(size).enumerate().map(|(i, c)| f(i, c)).collect());
+        }
+        self.alone(|| items.chunks(size).enumerate().map(|(i, c)| f(i, c)).collect())
+    }
+
+    /// [`Executor::map_chunks`] over chunks that may be changed.
+    pub fn map_chunks_mut<T: Send, R: Send>(
+        &self,
+        items: &mut [T],
+        size: usize,
+        f: impl Fn(usize, &mut [T]) -> R + Sync,
+    ) -> Vec<R> {
+        #[cfg(feature = "rayon")]
+        if self.is_parallel() {
+            return self.run(|| items.par_chunks_mut(size).enumerate().map(|(i, c)| f(i, c)).collect());
+        }
+        self.alone(|| items.chunks_mut(size).enumerate().map(|(i, c)| f(i, c)).collect())
+    }
+
+    /// Sort; equal items may change places, so they must be equal in every byte that anyone reads.
+    pub fn sort_unstable<T: Ord + Send>(&self, items: &mut [T]) {
+        #[cfg(feature = "rayon")]
+        if self.is_parallel() {
+            return self.run(|| items.par_sort_unstable());
+        }
+        self.alone(|| items.sort_unstable());
+    }
+
+    /// BLAKE3 of some bytes.
+    pub fn hash(&self, bytes: &[u8]) -> [u8; 32] {
+        let mut hasher = blake3::Hasher::new();
+        self.update_hash(&mut hasher, bytes);
+        *hasher.finalize().as_bytes()
+    }
+
+    /// Feed a hasher; several threads are worth it from [`Executor::HASH_IN_PARALLEL_FROM`] bytes on.
+    pub fn update_hash(&self, hasher: &mut blake3::Hasher, bytes: &[u8]) {
+        #[cfg(feature = "rayon")]
+        if self.is_parallel() && bytes.len() >= Self::HASH_IN_PARALLEL_FROM {
+            self.run(|| _ = hasher.update_rayon(bytes));
+            return;
+        }
+        hasher.update(bytes);
+    }
+
+    /// Fewer bytes are hashed on one thread: BLAKE3's documentation names this as where several begin to gain.
+    pub const HASH_IN_PARALLEL_FROM: usize = 128 << 10;
+}

@@ -1,0 +1,175 @@
+use super::{Aabb, Point};
+
+/// An affine map, three rows of four: `p' = M[.., 0..3] · p + M[.., 3]`. Held in `f64` so that a deep node hierarchy loses
+/// nothing before the one rounding to `f32` when it is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Affine {
+    pub rows: [[f64; 4]; 3],
+}
+
+impl Affine {
+    pub const IDENTITY: Affine = Affine { rows: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] };
+
+    /// From glTF's column-major 4×4 matrix; the last row is taken to be `0 0 0 1`.
+    #[inline]
+    pub fn from_columns(c: [[f64; 4]; 4]) -> Affine {
+        let row = |r: usize| [c[0][r], c[1][r], c[2][r], c[3][r]];
+        Affine { rows: [row(0), row(1), row(2)] }
+    }
+
+    /// `self · inner`: apply `inner` first.
+    #[must_use]
+    #[inline]
+    pub fn then_inner(&self, inner: &Affine) -> Affine {
+        let mut rows = [[0.0; 4]; 3];
+        for (out, r) in rows.iter_mut().zip(&self.rows) {
+            for (c, cell) in out.iter_mut().enumerate() {
+                *cell = r[0] * inner.rows[0][c] + r[1] * inner.rows[1][c] + r[2] * inner.rows[2][c];
+            }
+            out[3] += r[3];
+        }
+        Affine { rows }
+    }
+
+    #[inline]
+    pub fn determinant(&self) -> f64 {
+        let [a, b, c] = &self.rows;
+        a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+    }
+
+    /// The inverse map, or `None` when the matrix is singular or not finite.
+    #[inline]
+    pub fn inverse(&self) -> Option<Affine> {
+        let det = self.determinant();
+        if !det.is_finite() || det == 0.0 {
+            return None;
+        }
+        let m = &self.rows;
+        let cofactor =
+            |r0: usize, c0: usize, r1: usize, c1: usize| (m[r0][c0] * m[r1][c1] - m[r0][c1] * m[r1][c0]) / det;
+        let linear = [
+            [cofactor(1, 1, 2, 2), cofactor(0, 2, 2, 1), cofactor(0, 1, 1, 2)],
+            [cofactor(1, 2, 2, 0), cofactor(0, 0, 2, 2), cofactor(0, 2, 1, 0)],
+            [cofactor(1, 0, 2, 1), cofactor(0, 1, 2, 0), cofactor(0, 0, 1, 1)],
+        ];
+        let rows = linear.map(|l| [l[0], l[1], l[2], -(l[0] * m[0][3] + l[1] * m[1][3] + l[2] * m[2][3])]);
+        rows.iter().flatten().all(|v| v.is_finite()).then_some(Affine { rows })
+    }
+
+    #[inline]
+    pub fn transform_point(&self, p: [f64; 3]) -> [f64; 3] {
+        self.rows.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
+    }
+
+    #[inline]
+    pub fn transform_vector(&self, v: [f64; 3]) -> [f64; 3] {
+        self.rows.map(|r| r[0] * v[0] + r[1] * v[1] + r[2] * v[2])
+    }
+
+    /// A vertex moved by this map, computed in `f64` and rounded once: what `--flatten` writes.
+    #[inline]
+    pub fn bake(&self, p: Point) -> Point {
+        self.transform_point(p.map(f64::from)).map(|v| v as f32)
+    }
+
+    /// The rows as the 12 floats of an `INST` record.
+    #[inline]
+    pub fn to_f32(&self) -> [f32; 12] {
+        let mut out = [0.0; 12];
+        for (o, v) in out.iter_mut().zip(self.rows.iter().flatten()) {
+            *o = *v as f32;
+        }
+        out
+    }
+
+    #[inline]
+    pub fn from_f32(m: &[f32; 12]) -> Affine {
+        let row = |r: usize| [0, 1, 2, 3].map(|c| f64::from(m[r * 4 + c]));
+        Affine { rows: [row(0), row(1), row(2)] }
+    }
+
+    /// A box that contains the image of `b`, rounded outward: each bound is summed in `f64` from the extreme of each term
+    /// (Arvo, "Transforming Axis-Aligned Bounding Boxes", Graphics Gems, 1990), widened by a relative 2⁻⁵⁰ of the terms'
+    /// magnitudes for the sum's own rounding, and moved to the next `f32` outside.
+    #[inline]
+    pub fn transform_box(&self, b: &Aabb) -> Aabb {
+        if b.is_empty() {
+            return Aabb::EMPTY;
+        }
+        let mut out = Aabb::EMPTY;
+        for (axis, r) in self.rows.iter().enumerate() {
+            let (mut lo, mut hi, mut magnitude) = (r[3], r[3], r[3].abs());
+            for c in 0..3 {
+                let (x, y) = (r[c] * f64::from(b.min[c]), r[c] * f64::from(b.max[c]));
+                lo += x.min(y);
+                hi += x.max(y);
+                magnitude += x.abs().max(y.abs());
+            }
+            let slack = magnitude * 2f64.powi(-50);
+            out.min[axis] = round_down(lo - slack);
+            out.max[axis] = round_up(hi + slack);
+        }
+        out
+    }
+}
+
+/// The largest `f32` that is not above `v`; zero is always positive.
+#[inline]
+pub fn round_down(v: f64) -> f32 {
+    let f = v as f32;
+    f32::from_bits(f.to_bits().wrapping_sub(outward(f) * u32::from(f64::from(f) > v))) + 0.0
+}
+
+/// The smallest `f32` that is not below `v`; zero is always positive.
+#[inline]
+pub fn round_up(v: f64) -> f32 {
+    let f = v as f32;
+    f32::from_bits(f.to_bits().wrapping_add(outward(f) * u32::from(f64::from(f) < v))) + 0.0
+}
+
+/// What added to a number's bits gives the next one upward: 1, and −1 below zero, where bits grow downward. A zero has the sign of what was
+/// rounded to it, so this holds there too.
+#[inline(always)]
+fn outward(f: f32) -> u32 {
+    ((f.to_bits() as i32 >> 31) | 1) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn skewed() -> Affine {
+        Affine { rows: [[0.5, -2.0, 0.25, 7.0], [1.0, 0.3, 0.0, -3.0], [0.0, 0.1, 4.0, 0.5]] }
+    }
+
+    #[test]
+    fn inverse_undoes_the_map() {
+        let product = skewed().then_inner(&skewed().inverse().unwrap());
+        for (got, want) in product.rows.iter().flatten().zip(Affine::IDENTITY.rows.iter().flatten()) {
+            assert!((got - want).abs() < 1e-12, "{product:?}");
+        }
+        assert!(
+            Affine { rows: [[1.0, 2.0, 3.0, 0.0], [2.0, 4.0, 6.0, 0.0], [0.0, 0.0, 1.0, 0.0]] }.inverse().is_none()
+        );
+    }
+
+    #[test]
+    fn a_transformed_box_contains_every_transformed_corner() {
+        let b = Aabb { min: [-1.3, 0.7, 2.1], max: [4.9, 0.9, 8.8] };
+        let image = skewed().transform_box(&b);
+        for corner in 0..8 {
+            let p = [0, 1, 2].map(|a| f64::from(if corner >> a & 1 == 0 { b.min[a] } else { b.max[a] }));
+            let q = skewed().transform_point(p);
+            assert!((0..3).all(|a| f64::from(image.min[a]) <= q[a] && q[a] <= f64::from(image.max[a])));
+        }
+    }
+
+    #[test]
+    fn rounding_is_outward_on_both_sides_of_zero() {
+        for v in [1.0 + 1e-12, -1.0 - 1e-12, 0.1, -0.1, 0.0, -0.0, 1e-50, -1e-50] {
+            let (low, high) = (round_down(v), round_up(v));
+            assert!(f64::from(low) <= v && v <= f64::from(high));
+            assert!([low, high].iter().all(|f| f.to_bits() != (-0.0f32).to_bits()), "{v}");
+        }
+    }
+}

@@ -1,0 +1,26 @@
+use super::Point;
+
+/// A ray segment: points `origin + t·direction` for `t_min <= t <= t_max`. The direction need not be a unit vector; `t` is
+/// measured in its length, so that a ray keeps its `t` when an instance transform maps it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    pub origin: Point,
+    pub direction: Point,
+    pub t_min: f32,
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// The half-infinite ray with `t_min = 0`.
+    #[inline]
+    pub fn new(origin: Point, direction: Point) -> Ray {
+        Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+    }
+
+    /// The same ray ending at `t_max`: for a shadow ray, the distance to the light.
+    #[must_use]
+    #[inline]
+    pub fn until(self, t_max: f32) -> Ray {
+        Ray { t_max, ..self }
+    }
+}

@@ -1,0 +1,107 @@
+use crate::geom::Aabb;
+
+#[cfg(target_endian = "big")]
+compile_error!(
+    "bvhc maps its little-endian records as they are; a big-endian host needs a byte-swapping reader, which does not exist yet"
+);
+
+/// First eight bytes of every file. The high bit catches 7-bit transfer, CR LF and LF catch newline conversion, and 1A ends a
+/// listing on DOS: the reasoning of the PNG specification.
+pub const MAGIC: [u8; 8] = *b"\x89BVH\r\n\x1A\n";
+/// Format major version: a reader of one major reads no other.
+pub const MAJOR: u16 = 1;
+/// Format minor version that this crate writes and fully understands.
+pub const MINOR: u16 = 0;
+/// Smallest reader minor that can read what this crate writes.
+pub const MIN_MINOR: u16 = 0;
+/// Bits of [`Header::features_required`] that this crate understands: none is assigned yet.
+pub const KNOWN_REQUIRED_FEATURES: u64 = 0;
+/// A file holds at most this many sections.
+pub const MAX_SECTIONS: u32 = 65_536;
+
+/// The first 256 bytes of a file, little-endian. Every field and its rule: `format-spec/SPEC.md`, section 2.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Header {
+    pub magic: [u8; 8],
+    pub major: u16,
+    pub minor: u16,
+    pub min_minor: u16,
+    /// 256; a later minor may grow the header, and readers skip what they do not know.
+    pub header_len: u16,
+    /// Exact length of the file, a multiple of 64.
+    pub file_len: u64,
+    pub features_required: u64,
+    pub features_optional: u64,
+    pub section_count: u32,
+    pub section_entry_len: u32,
+    pub section_table_off: u64,
+    /// Bits of [`tree_flags`](super::tree_flags).
+    pub tree_flags: u32,
+    /// A number of [`BUILDERS`], 0 for a method without one.
+    pub builder_id: u32,
+    /// BLAKE3 over header and table; see [`keys::file_id`](crate::cache::keys::file_id).
+    pub file_id: [u8; 32],
+    /// Identity of the tree data, the same raw or compressed; see [`keys::content_id`](crate::cache::keys::content_id).
+    pub content_id: [u8; 32],
+    /// What the file was built from; see [`keys::Recipe::build_key`](crate::cache::keys::Recipe::build_key).
+    pub build_key: [u8; 32],
+    /// Distinct triangles over all BLASes.
+    pub prim_count: u64,
+    /// Records of `TRIS`.
+    pub ref_count: u64,
+    /// Live nodes: every record of `NODE` and `TNOD` but the unused record 1 of each tree.
+    pub node_count: u64,
+    pub blas_count: u32,
+    pub instance_count: u32,
+    /// 0: not a sequence.
+    pub frame_count: u32,
+    /// Depth of the deepest leaf of any single tree, BLAS or TLAS; the root has depth 0.
+    pub max_depth: u32,
+    /// World bounds; all zero for an empty scene.
+    pub scene_min: [f32; 3],
+    pub scene_max: [f32; 3],
+    pub reserved: [u8; 32],
+}
+
+impl Header {
+    pub const LEN: usize = 256;
+
+    /// World bounds; a point at the origin for an empty scene.
+    #[inline]
+    pub fn scene_bounds(&self) -> Aabb {
+        Aabb { min: self.scene_min, max: self.scene_max }
+    }
+
+    /// The name of the method in [`BUILDERS`], if it has a number there.
+    #[inline]
+    pub fn builder_name(&self) -> Option<&'static str> {
+        BUILDERS.iter().find(|(id, _)| *id == self.builder_id).map(|(_, name)| *name)
+    }
+
+    /// Is a bit of [`tree_flags`](super::tree_flags) set?
+    #[inline]
+    pub fn has(&self, flag: u32) -> bool {
+        self.tree_flags & flag != 0
+    }
+}
+
+const _: () = assert!(size_of::<Header>() == Header::LEN);
+const _: () = assert!(std::mem::offset_of!(Header, file_id) == 64);
+const _: () = assert!(std::mem::offset_of!(Header, prim_count) == 160);
+const _: () = assert!(std::mem::offset_of!(Header, scene_min) == 200);
+
+crate::pod::plain! {
+    Header = [
+        [u8; 8], [u16; 4], [u64; 3], [u32; 2], u64, [u32; 2], [[u8; 32]; 3], [u64; 3], [u32; 4], [[f32; 3]; 2], [u8; 32],
+    ];
+}
+
+/// The registry of build methods. A number is never used again for another method.
+pub const BUILDERS: [(u32, &str); 2] = [(1, "binned"), (2, "sbvh")];
+
+/// The registered number of a method, 0 if it has none.
+#[inline]
+pub fn builder_id(method: &str) -> u32 {
+    BUILDERS.iter().find(|(_, name)| *name == method).map_or(0, |(id, _)| *id)
+}

@@ -1,0 +1,15 @@
+//! The file's binary records and the borrowed form that traversal reads: `format-spec/SPEC.md` in Rust.
+
+mod header;
+mod names;
+mod node;
+mod records;
+mod section;
+mod view;
+
+pub use header::{BUILDERS, Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MAX_SECTIONS, MIN_MINOR, MINOR, builder_id};
+pub use names::{MAX_STRING_LEN, Names, clip, clip_name, encode_names};
+pub use node::{MAX_DEPTH, Node, max_depth};
+pub use records::{BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, tree_flags};
+pub use section::{KINDS, KindRule, Presence, SectionEntry, SectionKind, section_flags};
+pub use view::{BlasView, View};

@@ -1,0 +1,154 @@
+use std::fmt;
+
+/// One entry of the section table, 128 bytes. Every field and its rule: `format-spec/SPEC.md`, section 3.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SectionEntry {
+    pub kind: SectionKind,
+    /// Tells sections of one kind apart; 0 for every kind of version 1.0.
+    pub ordinal: u32,
+    /// Bits of [`section_flags`].
+    pub flags: u32,
+    /// Layout version of this kind.
+    pub schema: u16,
+    /// [`SectionEntry::RAW`] or [`SectionEntry::ZSTD`].
+    pub codec: u8,
+    /// `offset` is a multiple of `1 << align_log2`; 6 ..= 16.
+    pub align_log2: u8,
+    pub offset: u64,
+    /// Bytes in the file.
+    pub stored_len: u64,
+    /// Bytes after decoding; equal to `stored_len` for codec raw.
+    pub raw_len: u64,
+    /// Records; `elem_count · elem_size = raw_len` unless `elem_size` is 0.
+    pub elem_count: u64,
+    /// Bytes a record, 0 for opaque content.
+    pub elem_size: u32,
+    pub reserved: [u8; 12],
+    /// BLAKE3 of the decoded bytes.
+    pub raw_hash: [u8; 32],
+    /// BLAKE3 of the bytes in the file, checked before any decoder sees them.
+    pub stored_hash: [u8; 32],
+}
+
+impl SectionEntry {
+    pub const LEN: usize = 128;
+    pub const RAW: u8 = 0;
+    pub const ZSTD: u8 = 1;
+    /// Every section starts at a cache line.
+    pub const MIN_ALIGN_LOG2: u8 = 6;
+    pub const MAX_ALIGN_LOG2: u8 = 16;
+    /// Sections of at least [`SectionEntry::PAGE_ALIGN_FROM`] stored bytes start at a page.
+    pub const PAGE_ALIGN_LOG2: u8 = 12;
+    pub const PAGE_ALIGN_FROM: u64 = 64 << 10;
+
+    pub fn is(&self, flag: u32) -> bool {
+        self.flags & flag != 0
+    }
+
+    /// First byte behind the section, or `None` where the sum does not fit in 64 bits.
+    pub fn end(&self) -> Option<u64> {
+        self.offset.checked_add(self.stored_len)
+    }
+}
+
+const _: () = assert!(size_of::<SectionEntry>() == SectionEntry::LEN);
+const _: () = assert!(std::mem::offset_of!(SectionEntry, raw_hash) == 64);
+
+crate::pod::plain! {
+    SectionKind = [[u8; 4]];
+    SectionEntry = [SectionKind, u32, u32, u16, u8, u8, [u64; 4], u32, [u8; 12], [[u8; 32]; 2]];
+}
+
+/// Four ASCII bytes that say what a section holds.
+#[repr(transparent)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SectionKind(pub [u8; 4]);
+
+impl SectionKind {
+    /// BLAS nodes, tree after tree: [`Node`](crate::layout::Node).
+    pub const NODE: SectionKind = SectionKind(*b"NODE");
+    /// Leaf-ordered triangles, tree after tree: [`TriangleRecord`](super::TriangleRecord).
+    pub const TRIS: SectionKind = SectionKind(*b"TRIS");
+    /// Source parts: [`GeomRecord`](super::GeomRecord).
+    pub const GEOM: SectionKind = SectionKind(*b"GEOM");
+    /// Trees: [`BlasRecord`](super::BlasRecord).
+    pub const BLAS: SectionKind = SectionKind(*b"BLAS");
+    /// TLAS nodes: [`Node`](crate::layout::Node).
+    pub const TNOD: SectionKind = SectionKind(*b"TNOD");
+    /// Instances in TLAS leaf order: [`InstanceRecord`](super::InstanceRecord).
+    pub const INST: SectionKind = SectionKind(*b"INST");
+    /// The names of the parts in `GEOM`.
+    pub const NAMS: SectionKind = SectionKind(*b"NAMS");
+    /// Provenance: `Meta`.
+    pub const META: SectionKind = SectionKind(*b"META");
+
+    /// What version 1.0 says about this kind, or `None` for an unknown one.
+    pub fn rule(self) -> Option<&'static KindRule> {
+        KINDS.iter().find(|rule| rule.kind == self)
+    }
+}
+
+/// Shows printable bytes as they are and the others as `\xNN`, so that a hostile name cannot reach a terminal.
+impl fmt::Display for SectionKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.0.escape_ascii())
+    }
+}
+
+impl fmt::Debug for SectionKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+/// Bits of [`SectionEntry::flags`].
+pub mod section_flags {
+    /// A reader that does not know this kind, schema or codec must refuse the file.
+    pub const CRITICAL: u32 = 1;
+    /// A tool that changes only the container may copy this section unread.
+    pub const COPY_SAFE: u32 = 2;
+    /// The section is part of `content_id`.
+    pub const CONTENT: u32 = 4;
+    /// Every bit that version 1.0 assigns.
+    pub const ALL: u32 = 7;
+}
+
+/// The fixed properties of a known kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KindRule {
+    pub kind: SectionKind,
+    pub schema: u16,
+    pub flags: u32,
+    /// Bytes a record, 0 for opaque content.
+    pub elem_size: u32,
+    pub presence: Presence,
+}
+
+/// When a known kind stands in a file. No kind stands there twice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// In every file, with zero records if need be.
+    Always,
+    /// Exactly in files with the tree flag `TWO_LEVEL`.
+    TwoLevel,
+    Optional,
+}
+
+/// The kinds of version 1.0, in the order in which this crate writes them.
+pub const KINDS: [KindRule; 8] = {
+    use section_flags::{CONTENT, COPY_SAFE, CRITICAL};
+    const fn rule(kind: SectionKind, flags: u32, elem_size: u32, presence: Presence) -> KindRule {
+        KindRule { kind, schema: 1, flags, elem_size, presence }
+    }
+    [
+        rule(SectionKind::NODE, CRITICAL | CONTENT, 32, Presence::Always),
+        rule(SectionKind::TRIS, CRITICAL | CONTENT, 48, Presence::Always),
+        rule(SectionKind::GEOM, CRITICAL | CONTENT, 64, Presence::Always),
+        rule(SectionKind::BLAS, CRITICAL | CONTENT, 64, Presence::Always),
+        rule(SectionKind::TNOD, CRITICAL | CONTENT, 32, Presence::TwoLevel),
+        rule(SectionKind::INST, CRITICAL | CONTENT, 128, Presence::TwoLevel),
+        rule(SectionKind::NAMS, COPY_SAFE, 0, Presence::Optional),
+        rule(SectionKind::META, COPY_SAFE, 0, Presence::Optional),
+    ]
+};

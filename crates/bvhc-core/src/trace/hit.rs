@@ -1,0 +1,115 @@
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The point is `origin + t·direction` of the ray that was asked, in world space.
+    pub t: f32,
+    /// Weight of the triangle's second corner: the point is `(1 − u − v)·v0 + u·v1 + v·v2`.
+    pub u: f32,
+    /// Weight of the third corner.
+    pub v: f32,
+    /// Number of the triangle in its source mesh.
+    pub prim: u32,
+    /// Row of the file's `GEOM` table.
+    pub geom: u32,
+    /// Index of the instance in the scene's order; `None` in a one-level file.
+    pub instance: Option<u32>,
+    /// Index in [`View::triangles`](crate::cache::View::triangles). Where a triangle stands in several leaves, the first of
+    /// those that the ray found it in.
+    pub triangle: usize,
+}
+
+/// What makes a tree unfit for traversal. Never seen in a file that was opened with its topology checked; traversal looks
+/// for itself nevertheless, so that no file makes it panic, read out of bounds or run on for ever.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Malformed {
+    /// An inner node names children beyond the records.
+    ChildOutOfRange {
+        /// First child that it names.
+        first: u32,
+        /// Records of the tree.
+        nodes: usize,
+    },
+    /// A leaf names references beyond those of the tree, or more than 255.
+    LeafOutOfRange {
+        /// First reference that it names.
+        first: u32,
+        /// How many it names.
+        count: u32,
+        /// References of the tree.
+        refs: usize,
+    },
+    /// An instance names a tree that is not there, or one outside of its sections.
+    BlasOutOfRange {
+        /// Record of the instance.
+        instance: usize,
+        /// The tree that it names.
+        blas: u32,
+    },
+    /// The tree is deeper than [`MAX_DEPTH`](crate::layout::MAX_DEPTH).
+    TooDeep,
+    /// More inner nodes were entered than there are, so some have two parents.
+    NotATree {
+        /// Records of the tree.
+        nodes: usize,
+    },
+}
+
+impl std::fmt::Display for Malformed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("cannot trace: ")?;
+        match *self {
+            Malformed::ChildOutOfRange { first, nodes } => {
+                write!(f, "an inner node names children {first} and the next, but there are {nodes} records")
+            }
+            Malformed::LeafOutOfRange { first, count, refs } => write!(
+                f,
+                "a leaf names {count} references from {first} on, but a leaf has at most 255 and there are {refs}"
+            ),
+            Malformed::BlasOutOfRange { instance, blas } => write!(
+                f,
+                "instance record {instance} names BLAS {blas}, which is not there or lies outside its sections"
+            ),
+            Malformed::TooDeep => write!(f, "the tree is deeper than {}", crate::layout::MAX_DEPTH),
+            Malformed::NotATree { nodes } => {
+                write!(f, "more inner nodes were entered than there are ({nodes} records), so some have two parents")
+            }
+        }
+    }
+}
+
+impl std::error::Error for Malformed {}
+
+/// The best hit so far, with the distance that decides in `f64`.
+///
+/// Order: smaller `t` first; among equal `t` the smaller (instance, geometry, primitive). All of it is a function of the ray
+/// and the triangle alone, so the winner does not depend on the tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Best {
+    pub t: f64,
+    /// `t` widened upward to `f32`: what boxes are culled by.
+    pub limit: f32,
+    pub hit: Option<Hit>,
+}
+
+impl Best {
+    pub fn none_until(t_max: f32) -> Best {
+        Best { t: f64::from(t_max), limit: t_max, hit: None }
+    }
+
+    /// Take `hit` at distance `t` if it comes before what is there.
+    #[inline]
+    pub fn offer(&mut self, t: f64, hit: Hit) {
+        let comes_first = match &self.hit {
+            None => t <= self.t,
+            Some(old) => t < self.t || (t == self.t && key(&hit) < key(old)),
+        };
+        if comes_first {
+            *self = Best { t, limit: crate::geom::round_up(t), hit: Some(hit) };
+        }
+    }
+}
+
+fn key(hit: &Hit) -> (Option<u32>, u32, u32, usize) {
+    (hit.instance, hit.geom, hit.prim, hit.triangle)
+}

@@ -1,0 +1,158 @@
+//! The triangle test: a filter in `f32` that proves most misses, and the decision in `f64`.
+//!
+//! Both look along the ray (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", 2013): corners are taken relative to
+//! the origin and sheared so that the ray becomes an axis; the ray hits if the origin of the remaining plane lies on the same
+//! side of all three edges. The side is the sign of an edge function `p × q`, which is exactly antisymmetric in floating point, so the two
+//! triangles of a shared edge never both lose a ray.
+//!
+//! The `f64` decision shears by multiplication, `a·d_z − a_z·d`: for the rays of a one-level file (whose numbers are `f32`) differences and
+//! products are exact in `f64` unless exponents lie far apart, so its signs are those of true geometry but for rays closer to an
+//! edge than about 2⁻⁵⁰ of the coordinates in play. `f32` alone would move edges by 2⁻²² of the distance, enough to hand a hit to
+//! a neighbour whose box the ray misses.
+
+use super::test::{Crossing, TriangleTest, dominant, others};
+use crate::cache::{InstanceRecord, TriangleRecord};
+use crate::geom::vector::{cross, dot, sub};
+use crate::simd::rays::{self as lanes, Lanes};
+
+/// A ray made ready for triangle tests. The axis of the direction's largest component is a constant of the test functions; this
+/// says which to call.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeRay {
+    dominant: usize,
+    origin: [f64; 3],
+    direction: [f64; 3],
+    /// The origin and the two shears rounded to `f32`.
+    filter_origin: Lanes,
+    shear: [Lanes; 2],
+    /// What rounding the origin moved it by, times 3.
+    slack: Lanes,
+}
+
+impl TriangleTest for EdgeRay {
+    /// In `f64`: the stored matrix is taken as it is, and nothing is added to its rounding.
+    fn to_object(instance: &InstanceRecord, origin: [f64; 3], direction: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        let m = instance.world_to_object.map(f64::from);
+        let linear = |v: [f64; 3], r: usize| m[4 * r] * v[0] + m[4 * r + 1] * v[1] + m[4 * r + 2] * v[2];
+        ([0, 1, 2].map(|r| linear(origin, r) + m[4 * r + 3]), [0, 1, 2].map(|r| linear(direction, r)))
+    }
+
+    fn new(origin: [f64; 3], direction: [f64; 3]) -> EdgeRay {
+        EdgeRay::new(origin, direction)
+    }
+
+    fn axis(&self) -> usize {
+        self.dominant
+    }
+
+    #[inline(always)]
+    fn crossing<const AXIS: usize>(&self, triangle: &TriangleRecord) -> Option<Crossing> {
+        if self.surely_misses::<AXIS>(triangle) {
+            return None;
+        }
+        self.decide::<AXIS>(triangle)
+    }
+}
+
+impl EdgeRay {
+    /// The direction is finite and not zero.
+    fn new(origin: [f64; 3], direction: [f64; 3]) -> EdgeRay {
+        let dominant = dominant(direction);
+        let (kx, ky) = others(dominant);
+        let filter_origin = origin.map(|v| v as f32);
+        let moved = (0..3).map(|a| (origin[a] - f64::from(filter_origin[a])).abs()).fold(0.0, f64::max);
+        EdgeRay {
+            dominant,
+            origin,
+            direction,
+            filter_origin: lanes::of([filter_origin[0], filter_origin[1], filter_origin[2], 0.0]),
+            shear: [kx, ky].map(|k| lanes::splat((direction[k] / direction[dominant]) as f32)),
+            slack: lanes::splat(crate::geom::round_up(3.0 * moved)),
+        }
+    }
+
+    /// True only if the exact ray's line misses the triangle.
+    ///
+    /// Let `u = 2⁻²⁴` and let `a` be a corner relative to the origin, with sheared coordinates `A`. The three roundings of the origin, the
+    /// shear and its product, and the one of the difference give `|error of A_x| ≤ u(2|a_x| + 4.1|a_z|) + 2.1·moved ≤ u(2r + 6.1|a_z|) +
+    /// 2.1·moved` with `r = |A_x| + |A_y|`. An edge function `C_x·B_y − C_y·B_x` is therefore off by at most `g_C·e_B + g_B·e_C`, where
+    /// `e = 8u(r + |a_z|) + 3·moved` covers the error of a corner and its share `u·r` of the edge function's own roundings, and `g = r + e`. The
+    /// constant 2⁻¹²⁰ stands for underflow; overflow makes comparisons false.
+    ///
+    /// The lanes are the three corners, and the third once more.
+    #[inline(always)]
+    fn surely_misses<const AXIS: usize>(&self, triangle: &TriangleRecord) -> bool {
+        let (kx, ky) = others(AXIS);
+        let rows: [[f32; 4]; 3] = bytemuck::cast(*triangle);
+        let [a, b, c] = rows.map(|row| lanes::sub(lanes::of(row), self.filter_origin));
+        let corners = lanes::axes_of_three(a, b, c);
+        let z = corners[AXIS];
+        let x = lanes::sub(corners[kx], lanes::mul(self.shear[0], z));
+        let y = lanes::sub(corners[ky], lanes::mul(self.shear[1], z));
+        let reach = lanes::add(lanes::abs(x), lanes::abs(y));
+        let relative = lanes::mul(lanes::add(reach, lanes::abs(z)), lanes::splat(4.0 * f32::EPSILON));
+        let error = lanes::add(relative, self.slack);
+        let reach = lanes::add(reach, error);
+
+        // The edge functions of each corner and the one before it.
+        let [qx, qy, q_reach, q_error] = [x, y, reach, error].map(lanes::previous);
+        let bound = lanes::add(lanes::mul(reach, q_error), lanes::mul(q_reach, error));
+        let bound = lanes::add(bound, lanes::splat(UNDERFLOW));
+        let side = lanes::sub(lanes::mul(x, qy), lanes::mul(y, qx));
+        let (left, right) = (lanes::less(bound, side), lanes::less(side, lanes::negated(bound)));
+        (left != 0) & (right != 0)
+    }
+
+    /// Where the ray's line crosses the triangle, edges and corners included. A triangle seen edge-on has no crossing.
+    ///
+    /// The distance is that of the triangle's plane: its normal is a difference of products that are exact in `f64`, so the distance
+    /// is good for slivers too, where the ratio of the edge functions is not. Kept within the corners' depths, it stays
+    /// sensible for planes that the ray nearly lies in. A distance of zero is always positive: which of two zeros a minimum is
+    /// differs between processors.
+    #[inline(never)]
+    fn decide<const AXIS: usize>(&self, triangle: &TriangleRecord) -> Option<Crossing> {
+        let (kx, ky) = others(AXIS);
+        let (o, d) = (&self.origin, &self.direction);
+        let sheared = |p: &[f32; 3]| {
+            let relative = |k: usize| f64::from(p[k]) - o[k];
+            let (x, y, z) = (relative(kx), relative(ky), relative(AXIS));
+            (x * d[AXIS] - z * d[kx], y * d[AXIS] - z * d[ky], z)
+        };
+        let (a, b, c) = (sheared(&triangle.v0), sheared(&triangle.v1), sheared(&triangle.v2));
+        let edge = |p: (f64, f64, f64), q: (f64, f64, f64)| p.0 * q.1 - p.1 * q.0;
+        let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
+
+        // One question instead of six, since no processor guesses signs. A triangle of no number has no crossing.
+        let sum = u + v + w;
+        if ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0)) | !(sum.abs() > 0.0) {
+            return None;
+        }
+
+        // The plane's distance, between those of the nearest and the farthest corner. Of three quotients by one number the smallest is
+        // that of the smallest or the largest, so two are enough.
+        let wide = |p: &[f32; 3]| [f64::from(p[0]), f64::from(p[1]), f64::from(p[2])];
+        let (p, q, r) = (wide(&triangle.v0), wide(&triangle.v1), wide(&triangle.v2));
+        let (e, f) = (sub(q, p), sub(r, p));
+        let n = cross(e, f);
+        let ahead = dot(n, sub(p, *o));
+        let (low, high) = (smaller(smaller(a.2, b.2), c.2), larger(larger(a.2, b.2), c.2));
+        let (near, far) = if d[AXIS] < 0.0 { (high, low) } else { (low, high) };
+        let t = smaller(larger(ahead / dot(n, *d), near / d[AXIS]), far / d[AXIS]);
+        Some(Crossing { t: t + 0.0, u: v, v: w, sum })
+    }
+}
+
+/// The second where the first is NaN.
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The second where the first is NaN.
+#[inline(always)]
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// 2⁻¹²⁰.
+const UNDERFLOW: f32 = f32::from_bits((127 - 120) << 23);

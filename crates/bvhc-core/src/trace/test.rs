@@ -1,0 +1,45 @@
+//! What a triangle test must be able to do, so that the same walk can calculate in several ways.
+
+use crate::layout::{InstanceRecord, TriangleRecord};
+
+/// A ray made ready for tests of triangles.
+pub trait TriangleTest: Sized {
+    /// The ray in an instance's own space.
+    fn to_object(instance: &InstanceRecord, origin: [f64; 3], direction: [f64; 3]) -> ([f64; 3], [f64; 3]);
+
+    /// The direction is finite and not zero.
+    fn new(origin: [f64; 3], direction: [f64; 3]) -> Self;
+
+    /// What `crossing` wants as its constant.
+    fn axis(&self) -> usize;
+
+    /// Where the ray's line crosses the triangle, at any distance.
+    fn crossing<const AXIS: usize>(&self, triangle: &TriangleRecord) -> Option<Crossing>;
+}
+
+/// A hit as a test finds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    pub t: f64,
+    /// Weights of the second and the third corner, times `sum`: only a hit that counts is worth dividing for.
+    pub u: f64,
+    pub v: f64,
+    pub sum: f64,
+}
+
+/// The axis of the largest component; among equals the first.
+pub fn dominant(direction: [f64; 3]) -> usize {
+    let [x, y, z] = direction.map(f64::abs);
+    if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
+    }
+}
+
+/// The two axes after this one.
+pub const fn others(axis: usize) -> (usize, usize) {
+    ((axis + 1) % 3, (axis + 2) % 3)
+}

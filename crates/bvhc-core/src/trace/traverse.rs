@@ -1,0 +1,325 @@
+//! Closest hit and any hit over a [`View`].
+
+use super::hit::{Best, Hit, Malformed};
+use super::intersect::EdgeRay;
+use super::observe::{Fault, NoObserver, Observer};
+use super::slab::{Conservative, Rule, Slabs};
+use super::test::{Crossing, TriangleTest};
+use crate::cache::{BlasView, TriangleRecord, View};
+use crate::geom::{Aabb, Ray};
+use crate::layout::{MAX_DEPTH, Node};
+
+/// The nearest point where the ray meets the scene with `t_min <= t <= t_max`, both sides of a triangle alike.
+///
+/// Among hits of equal distance the one of smallest (instance, geometry, primitive) wins, whatever the tree. A ray with a NaN, infinite
+/// or zero direction, or a NaN anywhere, meets nothing, and distances beyond 2¹²⁶ do not count. On a malformed tree (see
+/// [`Malformed`]; no file whose topology was checked has one) the answer is `None`: [`try_closest_hit`] tells the two apart.
+pub fn closest_hit(view: &View<'_>, ray: &Ray) -> Option<Hit> {
+    try_closest_hit(view, ray, &mut NoObserver).unwrap_or(None)
+}
+
+/// Whether the ray meets anything with `t_min <= t <= t_max`: the question of a shadow ray, which ends at the first triangle
+/// found. On a malformed tree the answer is `false`.
+pub fn any_hit(view: &View<'_>, ray: &Ray) -> bool {
+    try_any_hit(view, ray, &mut NoObserver).unwrap_or(false)
+}
+
+/// [`closest_hit`] with an error for a malformed tree and with an observer that counts.
+pub fn try_closest_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<Option<Hit>, Malformed> {
+    trace::<false, EdgeRay, Conservative, _>(view, ray, observer)
+}
+
+/// [`any_hit`] with an error for a malformed tree and with an observer that counts.
+pub fn try_any_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<bool, Malformed> {
+    Ok(trace::<true, EdgeRay, Conservative, _>(view, ray, observer)?.is_some())
+}
+
+/// 2¹²⁶. Beyond, a ray parallel to a slab could not be told from one that reaches it late.
+pub const FARTHEST: f32 = f32::from_bits((127 + 126) << 23);
+
+/// Most references that a leaf may have by the file's rules.
+const MAX_LEAF: u32 = 255;
+
+/// Closest hit, or with `ANY` the first one found, by the triangle test `T` and the box test under rule `R`.
+pub fn trace<const ANY: bool, T: TriangleTest, R: Rule, O: Observer>(
+    view: &View<'_>,
+    ray: &Ray,
+    observer: &mut O,
+) -> Result<Option<Hit>, Malformed> {
+    let usable = ray.origin.iter().chain(&ray.direction).all(|v| v.is_finite())
+        && ray.direction != [0.0; 3]
+        && ray.t_min <= ray.t_max;
+    if !usable {
+        return Ok(None);
+    }
+    let mut best = Best::none_until(ray.t_max.min(FARTHEST));
+    let (origin, direction) = (ray.origin.map(f64::from), ray.direction.map(f64::from));
+    let mut stack = Stack::new();
+    if view.tlas_nodes.is_empty() {
+        if !view.blases.is_empty() {
+            let blas = view.blas(0).ok_or(Malformed::BlasOutOfRange { instance: 0, blas: 0 })?;
+            let tree = Bottom { blas, first_triangle: view.blases[0].ref_offset as usize, instance: None };
+            tree.trace::<ANY, T, R>(origin, direction, ray.t_min, &mut best, &mut stack, observer)?;
+        }
+    } else {
+        let slabs = slabs_for::<R, _>(observer, origin, direction, &view.tlas_nodes[0].bounds(), ray.t_min);
+        let mut top_stack = Stack::new();
+        walk(
+            view.tlas_nodes,
+            view.instances,
+            &slabs,
+            &mut best,
+            &mut top_stack,
+            observer,
+            |start, some, best, observer| {
+                for (i, instance) in some.iter().enumerate() {
+                    let index = start + i;
+                    let blas = view
+                        .blas(instance.blas as usize)
+                        .ok_or(Malformed::BlasOutOfRange { instance: index, blas: instance.blas })?;
+                    let first_triangle = view.blases[instance.blas as usize].ref_offset as usize;
+                    let (origin, direction) = T::to_object(instance, origin, direction);
+                    let tree = Bottom { blas, first_triangle, instance: Some(instance.id) };
+                    observer.instance();
+                    observer.enter(index);
+                    if tree.trace::<ANY, T, R>(origin, direction, ray.t_min, best, &mut stack, observer)? {
+                        return Ok(true);
+                    }
+                    observer.leave();
+                }
+                Ok(false)
+            },
+        )?;
+    }
+    Ok(best.hit)
+}
+
+/// A BLAS under traversal.
+struct Bottom<'a> {
+    blas: BlasView<'a>,
+    /// Where its triangles start among all.
+    first_triangle: usize,
+    instance: Option<u32>,
+}
+
+impl Bottom<'_> {
+    /// Improve `best`; with `ANY`, true as soon as something is hit.
+    fn trace<const ANY: bool, T: TriangleTest, R: Rule>(
+        &self,
+        origin: [f64; 3],
+        direction: [f64; 3],
+        t_min: f32,
+        best: &mut Best,
+        stack: &mut Stack,
+        observer: &mut impl Observer,
+    ) -> Result<bool, Malformed> {
+        let Some(root) = self.blas.nodes.first() else { return Ok(false) };
+        let test = T::new(origin, direction);
+        let slabs = slabs_for::<R, _>(observer, origin, direction, &root.bounds(), t_min);
+        match test.axis() {
+            0 => self.trace_along::<ANY, 0, T, R>(&test, &slabs, t_min, best, stack, observer),
+            1 => self.trace_along::<ANY, 1, T, R>(&test, &slabs, t_min, best, stack, observer),
+            _ => self.trace_along::<ANY, 2, T, R>(&test, &slabs, t_min, best, stack, observer),
+        }
+    }
+
+    fn trace_along<const ANY: bool, const AXIS: usize, T: TriangleTest, R: Rule>(
+        &self,
+        test: &T,
+        slabs: &Slabs<R>,
+        t_min: f32,
+        best: &mut Best,
+        stack: &mut Stack,
+        observer: &mut impl Observer,
+    ) -> Result<bool, Malformed> {
+        let t_min = f64::from(t_min);
+        walk(self.blas.nodes, self.blas.triangles, slabs, best, stack, observer, |start, triangles, best, observer| {
+            for (i, triangle) in triangles.iter().enumerate() {
+                observer.triangle();
+                if let Some(c) = test.crossing::<AXIS>(triangle) {
+                    let accepted = c.t >= t_min && c.t <= best.t;
+                    observer.crossing(start + i, c.t, accepted);
+                    if accepted {
+                        best.offer(c.t, self.hit(c, triangle, start + i));
+                        if ANY {
+                            return Ok(true);
+                        }
+                    }
+                }
+            }
+            Ok(false)
+        })
+    }
+
+    fn hit(&self, c: Crossing, triangle: &TriangleRecord, slot: usize) -> Hit {
+        Hit {
+            t: c.t as f32,
+            u: (c.u / c.sum) as f32,
+            v: (c.v / c.sum) as f32,
+            prim: triangle.prim,
+            geom: triangle.geom,
+            instance: self.instance,
+            triangle: self.first_triangle + slot,
+        }
+    }
+}
+
+/// A node put off: its entry distance and its record.
+#[derive(Clone, Copy)]
+struct Pending {
+    near: f32,
+    node: u32,
+}
+
+/// One far child a level, and no leaf lies deeper than [`MAX_DEPTH`].
+struct Stack {
+    entries: [Pending; STACK],
+}
+
+const STACK: usize = MAX_DEPTH as usize;
+
+impl Stack {
+    #[inline(always)]
+    fn new() -> Stack {
+        Stack { entries: [Pending { near: 0.0, node: 0 }; STACK] }
+    }
+}
+
+/// Visit the leaves that the ray meets, near child first, until `leaf` says that it is enough.
+///
+/// `leaf` gets the number of its first item and its items. The walk ends on every input: a tree enters each pair of siblings at most
+/// once, so more entries than pairs betray a record with two parents or a cycle, and more items than there are, leaves that overlap.
+#[inline(always)]
+fn walk<T, R: Rule, O: Observer>(
+    nodes: &[Node],
+    items: &[T],
+    slabs: &Slabs<R>,
+    best: &mut Best,
+    stack: &mut Stack,
+    observer: &mut O,
+    mut leaf: impl FnMut(usize, &[T], &mut Best, &mut O) -> Result<bool, Malformed>,
+) -> Result<bool, Malformed> {
+    let Some(root) = nodes.first() else { return Ok(false) };
+    let met = slabs.meets(root, best.limit);
+    observer.root(met);
+    if !met {
+        return Ok(false);
+    }
+    let (mut reach, mut farthest) = (slabs.reach(best.limit), R::widened(best.limit));
+    let (mut first, mut count) = (root.first, root.count);
+    let mut depth = 0;
+    let (mut pairs_left, mut items_left) = (nodes.len() / 2, items.len());
+    loop {
+        if count == 0 {
+            // Enter an inner node: test both children, go on with the nearer and put the other off.
+            observer.inner_node();
+            let Some(pair) = nodes.get(first as usize..).and_then(|n| n.first_chunk::<2>()) else {
+                return child_out_of_range(first, nodes.len());
+            };
+            if pairs_left == 0 {
+                return not_a_tree(nodes.len());
+            }
+            pairs_left -= 1;
+            let (mut near, hits) = slabs.pair(pair, reach);
+            if O::FAULT == Some(Fault::Order) {
+                near.swap(0, 1);
+            }
+            observer.pair(first, near, hits);
+            // Asked bit by bit: a choice of four at once would become a jump through a table.
+            if hits & 0b01 != 0 {
+                if hits & 0b10 == 0 {
+                    (first, count) = (pair[0].first, pair[0].count);
+                    continue;
+                }
+                if depth >= STACK {
+                    return too_deep();
+                }
+                if near[1] < near[0] {
+                    keep_branch();
+                    stack.entries[depth] = Pending { near: near[0], node: first };
+                    (first, count) = (pair[1].first, pair[1].count);
+                } else {
+                    stack.entries[depth] = Pending { near: near[1], node: first + 1 };
+                    (first, count) = (pair[0].first, pair[0].count);
+                }
+                depth += 1;
+                continue;
+            }
+            if hits & 0b10 != 0 {
+                keep_branch();
+                (first, count) = (pair[1].first, pair[1].count);
+                continue;
+            }
+        } else {
+            let slots = items.get(first as usize..).and_then(|i| i.get(..count as usize));
+            let Some(slots) = slots.filter(|_| count <= MAX_LEAF) else {
+                return leaf_out_of_range(first, count, items.len());
+            };
+            if slots.len() > items_left {
+                return not_a_tree(nodes.len());
+            }
+            items_left -= slots.len();
+            if leaf(first as usize, slots, best, observer)? {
+                return Ok(true);
+            }
+            (reach, farthest) = (slabs.reach(best.limit), R::widened(best.limit));
+        }
+
+        // Take up the next node that is not behind the best hit. No depth is beyond the stack, which the remainder tells the compiler.
+        loop {
+            if depth == 0 {
+                return Ok(false);
+            }
+            depth -= 1;
+            let pending = stack.entries[depth % STACK];
+            observer.resume(pending.node, pending.near, !(pending.near <= farthest));
+            if pending.near <= farthest {
+                let Some(node) = nodes.get(pending.node as usize) else {
+                    return child_out_of_range(pending.node, nodes.len());
+                };
+                (first, count) = (node.first, node.count);
+                break;
+            }
+        }
+    }
+}
+
+/// The ray made ready for the boxes of one tree.
+#[inline(always)]
+fn slabs_for<R: Rule, O: Observer>(
+    _: &O,
+    origin: [f64; 3],
+    direction: [f64; 3],
+    bounds: &Aabb,
+    t_min: f32,
+) -> Slabs<R> {
+    let slabs = Slabs::<R>::new(origin, direction, bounds, t_min);
+    if O::FAULT == Some(Fault::SignOfZero) { slabs.entering_by_sign(direction) } else { slabs }
+}
+
+/// Keep the compiler from turning the branch that this stands in into a choice of values. Processors guess branches and
+/// load the next pair while the test still runs; a choice waits for it.
+#[inline(always)]
+fn keep_branch() {
+    std::sync::atomic::compiler_fence(std::sync::atomic::Ordering::SeqCst);
+}
+
+#[cold]
+fn child_out_of_range(first: u32, nodes: usize) -> Result<bool, Malformed> {
+    Err(Malformed::ChildOutOfRange { first, nodes })
+}
+
+#[cold]
+fn leaf_out_of_range(first: u32, count: u32, refs: usize) -> Result<bool, Malformed> {
+    Err(Malformed::LeafOutOfRange { first, count, refs })
+}
+
+#[cold]
+fn not_a_tree(nodes: usize) -> Result<bool, Malformed> {
+    Err(Malformed::NotATree { nodes })
+}
+
+#[cold]
+fn too_deep() -> Result<bool, Malformed> {
+    Err(Malformed::TooDeep)
+}

@@ -1,0 +1,22 @@
+use super::sweep::tests::samples;
+use super::{BuildOptions, Method, NoProgress, Preset, build_tree};
+use crate::exec::Executor;
+use crate::simd::narrow;
+
+#[test]
+fn the_wide_door_changes_no_tree() {
+    let exec = Executor::sequential();
+    for (name, mesh) in samples() {
+        for method in [Method::Binned, Method::Agglomerative, Method::Sbvh, Method::Bonsai, Method::Sweep] {
+            for radius in [1, 14, 31] {
+                let options = BuildOptions { method, radius, ..BuildOptions::preset(Preset::Draft) };
+                let build = || build_tree(&mesh, &options, &exec, &NoProgress).unwrap();
+                let (wide, narrow) = (build(), narrow(build));
+                assert!(wide == narrow, "{name} by {method:?} with radius {radius}");
+                if method != Method::Agglomerative {
+                    break;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! What a file says of how it was made.
+
+use super::keys::Recipe;
+use super::{Dependency, Meta};
+use crate::scene::{InputFile, ReadReport};
+
+/// Provenance as this crate writes it.
+pub fn provenance(recipe: Recipe, inputs: &[InputFile], report: &ReadReport) -> Meta {
+    let dependencies = inputs.iter().enumerate().map(|(i, input)| Dependency {
+        role: if i == 0 { Dependency::MODEL } else { Dependency::BUFFER },
+        name: relative_name(&input.name),
+        len: input.len,
+        blake3: input.blake3,
+    });
+    let read_counts = [
+        ("degenerate_triangles", report.degenerate_triangles),
+        ("non_finite_triangles", report.non_finite_triangles),
+        ("unreferenced_positions", report.unreferenced_positions),
+        ("skipped_primitives", report.skipped_primitives),
+        ("singular_instances", report.singular_instances),
+    ];
+    Meta {
+        tool: "bvhc".into(),
+        tool_version: env!("CARGO_PKG_VERSION").into(),
+        method: recipe.method,
+        builder_revision: recipe.builder_revision,
+        options: recipe.options,
+        dependencies: dependencies.collect(),
+        read_counts: read_counts.map(|(name, count)| (name.into(), count)).into(),
+        notes: Vec::new(),
+    }
+}
+
+/// A name that says nothing of the machine: of an absolute path or URI the last part. The scene reader gives such a name only where
+/// it knows no way from the model's folder; the file is then not found again, and a cache that depends on it is always built anew.
+fn relative_name(name: &str) -> String {
+    let name = name.replace('\\', "/");
+    let drive = name.as_bytes().get(1) == Some(&b':');
+    if name.starts_with('/') || drive || name.starts_with("file:") {
+        return name.rsplit('/').next().unwrap_or_default().to_owned();
+    }
+    name
+}
