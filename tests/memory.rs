@@ -1,4 +1,4 @@
-//! What builds hold at once beside the scene, their result included, stays within what README promises per triangle.
+//! What builds hold at once beside the scene, their result included, stays within what docs/methods.md promises per triangle.
 
 #[path = "../examples/build_stats/memory.rs"]
 mod memory;

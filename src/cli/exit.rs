@@ -1,4 +1,4 @@
-//! The exit codes: one table, from which `--help`, the man page and the README are generated.
+//! The exit codes: one table, from which `--help`, the man page and docs/commands.md are generated.
 
 /// How the process ends. Any other non-zero status means that the process was killed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,7 +108,7 @@ pub fn help_table() -> String {
     text
 }
 
-/// The same as a Markdown table, for the README.
+/// The same as a Markdown table, for docs/commands.md.
 pub fn markdown_table() -> String {
     let mut text = String::from("| code | name | meaning |\n|---:|---|---|\n");
     for exit in Exit::ALL {

@@ -7,6 +7,7 @@ mod accuracy;
 mod build;
 mod depfile;
 mod determinism;
+mod documents;
 mod inputs;
 mod inspect;
 mod interrupt;

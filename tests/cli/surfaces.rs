@@ -1,7 +1,7 @@
-//! Help, man pages, completions, the README's tables: all from one definition, and all saying the same.
+//! Help, man pages, completions: all from one definition, and all saying the same.
 
-use crate::{Place, repository};
-use bvhc::cli::commands::{man, reference};
+use crate::Place;
+use bvhc::cli::commands::man;
 use bvhc::cli::exit::{Exit, help_table, markdown_table};
 
 #[test]
@@ -78,15 +78,4 @@ fn usage_errors_are_2_and_suggest() {
         assert_eq!(place.run(args).code, 2, "bvhc {args}");
     }
     assert!(place.run("build a.obj -o b --max-leav 3").err.contains("--max-leaf"));
-}
-
-/// The README's generated blocks are what the code says now; `bvhc reference --update README.md` writes them anew.
-#[test]
-fn the_readme_agrees_with_the_code() {
-    let path = repository().join("README.md");
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        println!("skipped: there is no README.md");
-        return;
-    };
-    assert!(reference::updated(&text, &path).unwrap() == text, "run: cargo run -- reference --update README.md");
 }

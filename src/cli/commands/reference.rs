@@ -1,4 +1,4 @@
-//! `bvhc reference` (hidden): the tables of the README, made from the code.
+//! `bvhc reference` (hidden): the tables of README.md and docs/, made from the code.
 //!
 //! A block in a Markdown file stands between `<!-- generated: NAME -->` and `<!-- end generated -->`. `--update FILE` writes
 //! every block anew; `--check FILE` exits with 1 if one differs.
