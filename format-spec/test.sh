@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Read every valid vector (and freshly built samples) with two programs that share no code with the tool: the reference reader and
-# the parser that Kaitai compiles from bvhc.ksy. What they say must be what `bvhc info --json` says; rays must hit the same.
+# the parser that Kaitai compiles from bvhc.ksy. What they say must be what `bvhc info --json` says; rays must hit the same. Then hold what
+# every command prints with --json against schema/.
 #
 # Everything is installed below target/format-tests. Exit status 77: the packages could not be installed, nothing was tested.
 set -euo pipefail
@@ -29,3 +30,6 @@ node "$work/compile_ksy.js" format-spec/bvhc.ksy "$work"
 cargo build --quiet --release --bin bvhc --example trace_ray
 "$work/venv/bin/python" format-spec/test_vectors.py --parser "$work" --tool target/release/bvhc \
     --tracer target/release/examples/trace_ray --scratch "$work/scratch"
+
+# The documents that commands print, against their schemas.
+"$work/venv/bin/python" format-spec/test_schemas.py --tool target/release/bvhc --scratch "$work/schemas"

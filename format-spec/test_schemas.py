@@ -1,0 +1,197 @@
+"""Hold what every command prints with --json against the schemas, and the schemas against documents that are wrong.
+
+Called by test.sh. A real document must be valid, and must have no field that its schema does not name. Then each value of each document is
+replaced by one of another type, and each required field is taken out: all of these must be invalid.
+"""
+
+import argparse
+import copy
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from jsonschema import Draft202012Validator
+
+HERE = Path(__file__).resolve().parent
+SAMPLES = HERE.parent / "samples"
+VECTORS = HERE / "vectors"
+# Fields that hold anything of their type cannot tell one number from another; what is tested is types and presence.
+OTHER_TYPE = {dict: [], list: {}, str: 1, int: "text", float: "text", bool: "text", type(None): {}}
+# A list of thousands of equal elements says no more than its first ones.
+MOST_ELEMENTS = 12
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    for option in ("--tool", "--scratch"):
+        parser.add_argument(option, required=True)
+    arguments = parser.parse_args()
+    schemas = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in (HERE / "schema").glob("*.json")}
+    for name, schema in schemas.items():
+        Draft202012Validator.check_schema(schema)
+        assert schema["title"] == name, "%s has the title %s" % (name, schema["title"])
+
+    scratch = Path(arguments.scratch)
+    shutil.rmtree(scratch, ignore_errors=True)
+    scratch.mkdir(parents=True)
+    used, failures, mutants = set(), 0, 0
+    for label, document in documents(Path(arguments.tool).resolve(), scratch):
+        name = document.get("schema", "bvhc.error.v1")
+        used.add(name)
+        try:
+            mutants += judge(document, schemas[name])
+            print("ok    %s is %s" % (label, name))
+        except (AssertionError, KeyError) as error:
+            failures += 1
+            print("FAIL  %s: %s: %s" % (label, name, error))
+    for name in sorted(set(schemas) - used):
+        failures += 1
+        print("FAIL  no command printed %s" % name)
+    print("%d schemas, %d wrong documents, %d failures" % (len(schemas), mutants, failures))
+    sys.exit(1 if failures else 0)
+
+
+def documents(tool, scratch):
+    """What the commands print, each with the command."""
+
+    def run(*arguments, errors=False):
+        command = [str(a) for a in arguments] + ["--json"]
+        done = subprocess.run([str(tool)] + command, cwd=scratch, capture_output=True, text=True)
+        label = "bvhc " + " ".join(a.replace(str(HERE.parent), "…") for a in command)[:70]
+        yield label, json.loads(done.stdout)
+        if errors:
+            lines = [line for line in done.stderr.splitlines() if line.startswith("{")]
+            assert lines, "%s printed no error: %s" % (label, done.stderr)
+            yield from ((label + " (stderr)", json.loads(line)) for line in lines)
+
+    models = [SAMPLES / "pillar.obj", SAMPLES / "forest.gltf"]
+    yield from run("build", *models, "-n", "-o", "out/")
+    yield from run("build", *models, "missing.obj", "-o", "out/", errors=True)
+    yield from run("build", *models, "-o", "out/")
+    yield from run("convert", "out/forest.bvhc", "-o", "small.bvhc", "--codec", "zstd")
+    yield from run("convert", VECTORS / "valid/unknown-ancillary-section.bvhc", "-o", "stripped.bvhc", "--strip-unknown")
+    files = ["out/pillar.bvhc", "out/forest.bvhc", "small.bvhc", "stripped.bvhc"]
+    yield from run("info", *files, VECTORS / "invalid/E0206-meta-encoding.bvhc")
+    yield from run("stats", *files)
+    yield from run("stats", "small.bvhc", "--epo", "off")
+    yield from run("check", *files, *sorted((VECTORS / "invalid").glob("*.bvhc")))
+    yield from run("explain", "--list")
+    yield from run("explain", "E0402")
+    on_cpu = ["--device", "cpu"]
+    yield from run("verify", *files[:2], "--rays", "2000", *on_cpu)
+    yield from run("verify", files[0], "--rays", "2000", "--any-hit", "--source", models[0], *on_cpu)
+    yield from run("verify", break_a_box(scratch, scratch / files[0]), "--rays", "20000", *on_cpu)
+    yield from run("verify", files[1], "--ray", "0,5,0,1,-0.1,0", *on_cpu)
+    yield from run("verify", files[0], "--ray", "0,0.5,-9,0,0,1", *on_cpu)
+    yield from run("verify", *files[:2], "--accuracy", "--rays", "500")
+    yield from run("verify", "--list-devices")
+
+
+def break_a_box(scratch, path):
+    """The file with a box that is too small, every hash made right again: verify must find a wrong hit and blame a record."""
+    import blake3
+    import struct
+
+    data = bytearray(path.read_bytes())
+    count, table = struct.unpack_from("<I", data, 40)[0], struct.unpack_from("<Q", data, 48)[0]
+    entries = [table + 128 * i for i in range(count)]
+    node = next(e for e in entries if data[e : e + 4] == b"NODE")
+    offset, length = struct.unpack_from("<QQ", data, node + 16)
+    first = offset + 32 * 2  # the first child of the root
+    low, high = struct.unpack_from("<3f", data, first), struct.unpack_from("<3f", data, first + 16)
+    struct.pack_into("<3f", data, first + 16, *((a + b) / 2 for a, b in zip(low, high)))
+    digest = blake3.blake3(bytes(data[offset : offset + length])).digest()
+    data[node + 64 : node + 128] = digest + digest
+
+    # content_id, then file_id over everything else.
+    content = b""
+    for e in sorted((e for e in entries if struct.unpack_from("<I", data, e + 8)[0] & 4), key=lambda e: bytes(data[e : e + 8])):
+        content += bytes(data[e : e + 8]) + bytes(data[e + 12 : e + 14]) + bytes(2)
+        content += bytes(data[e + 48 : e + 52]) + bytes(data[e + 32 : e + 40]) + bytes(data[e + 64 : e + 96])
+    data[96:128] = blake3.blake3(content, derive_key_context="bvhc v1 content id").digest()
+    header = bytes(data[:64]) + bytes(32) + bytes(data[96:256])
+    whole = header + bytes(data[table : table + 128 * count])
+    data[64:96] = blake3.blake3(whole, derive_key_context="bvhc v1 file id").digest()
+    broken = scratch / "broken.bvhc"
+    broken.write_bytes(data)
+    return broken
+
+
+def judge(document, schema):
+    """Fail where the document is not what the schema says, or a wrong one passes; how many wrong ones were tried."""
+    strict = copy.deepcopy(schema)
+    close(strict)
+    validator = Draft202012Validator(strict)
+    for error in validator.iter_errors(document):
+        raise AssertionError("/%s: %s" % ("/".join(map(str, error.absolute_path)), error.message[:200]))
+
+    tried = 0
+    validator = Draft202012Validator(schema)
+    for mutant, what in wrong(document, schema, schema):
+        assert not validator.is_valid(mutant(document)), "%s, and yet it is valid" % what
+        tried += 1
+    return tried
+
+
+def close(schema):
+    """Allow no field without a name. Published schemas do allow them: fields may be added."""
+    if isinstance(schema, dict):
+        for key, value in schema.items():
+            if key not in ("const", "enum", "required"):
+                close(value)
+        if schema.get("type") == "object":
+            schema["additionalProperties"] = False
+    elif isinstance(schema, list):
+        for value in schema:
+            close(value)
+
+
+def wrong(value, schema, root, path=()):
+    """Ways to make a document wrong: functions of the document, and what they do, in words."""
+    yield (lambda document: put(document, path, OTHER_TYPE[type(value)])), "%s has another type" % "/".join(map(str, path))
+    if isinstance(value, dict):
+        for key in sorted(required(value, schema, root)):
+            yield (lambda document, key=key: put(document, path + (key,), None, take_out=True)), "%s is gone" % "/".join(
+                map(str, path + (key,))
+            )
+        for key, inner in value.items():
+            yield from wrong(inner, part(value, key, schema, root), root, path + (key,))
+    elif isinstance(value, list):
+        for i, inner in enumerate(value[:MOST_ELEMENTS]):
+            yield from wrong(inner, resolve(value, schema, root).get("items", {}), root, path + (i,))
+
+
+def resolve(value, schema, root):
+    """The branch of a schema that a value goes by."""
+    while "$ref" in schema:
+        schema = root["$defs"][schema["$ref"].rsplit("/", 1)[1]]
+    for branch in schema.get("oneOf", []) + schema.get("anyOf", []):
+        if Draft202012Validator({**branch, "$defs": root.get("$defs", {})}).is_valid(value):
+            return resolve(value, branch, root)
+    return schema
+
+
+def required(value, schema, root):
+    return resolve(value, schema, root).get("required", [])
+
+
+def part(value, key, schema, root):
+    return resolve(value, schema, root).get("properties", {}).get(key, {})
+
+
+def put(document, path, new, take_out=False):
+    """A copy of the document with another value at this place, or none."""
+    if not path:
+        return new
+    changed = copy.copy(document)
+    if take_out and len(path) == 1:
+        del changed[path[0]]
+    else:
+        changed[path[0]] = put(document[path[0]], path[1:], new, take_out)
+    return changed
+
+
+if __name__ == "__main__":
+    main()
