@@ -56,7 +56,7 @@ fn report_of(mut scene: Scene, how: &Measure) -> Result<Report, Box<dyn Error>> 
     let Scene { meshes, instances, .. } = &mut scene;
     instances.retain(|i| !meshes[i.mesh as usize].triangles.is_empty());
     let options = BuildOptions { method: Method::Sbvh, ..BuildOptions::preset(Preset::Best) };
-    let image = Image::new(&compile(scene.clone(), &options, &Executor::new(0)?, &NoProgress)?, &Executor::current());
+    let image = Image::new(&compile(scene.clone(), &options, &Executor::new(0)?, &NoProgress)?, &Executor::current())?;
     Ok(measure(&image.view(), &Oracle::new(&scene), &Sampler::new(&scene), how, &NoProgress)?)
 }
 

@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("| method | SAH | inner nodes a ray | triangle tests a ray |\n|---|--:|--:|--:|");
     for (name, options) in recipes {
         let accel = compile(scene.clone(), &options, &executor, &NoProgress)?;
-        let image = Image::new(&accel, &Executor::current());
+        let image = Image::new(&accel, &Executor::current())?;
         let camera = Camera::over(&image);
         if panels.is_empty() {
             panels.push(photograph(&image, &camera));

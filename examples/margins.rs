@@ -96,7 +96,7 @@ impl Judged {
         let mut searches = Vec::new();
         for recipe in recipes::recipes(&[], &[])? {
             let (tree, choice) = build(&recipe.options)?;
-            let image = Image::of_tree(&mesh, &tree, &Executor::current());
+            let image = Image::of_tree(&mesh, &tree, &Executor::current())?;
             let cost = sets.each_ref().map(|rays| rays.cost(&image.view(), exec).mean());
             if let Some(choice) = choice {
                 searches.push(Searched { choice, over: cost });
@@ -131,7 +131,7 @@ impl Judged {
 
 /// The rays of the peers' bench, and as many of 64 eyes.
 fn probe(scene: &scenes::Scene, mesh: &Mesh, tree: &Tree, count: usize) -> [ProbeRays; 2] {
-    let image = Image::of_tree(mesh, tree, &Executor::current());
+    let image = Image::of_tree(mesh, tree, &Executor::current())?;
     let view = image.view();
     let bounds = image.nodes.first().map_or(([0.0; 3], [1.0; 3]), |n| (n.min.map(f64::from), n.max.map(f64::from)));
     let camera = scene.camera(bounds.0, bounds.1).unwrap_or_else(|| Camera::automatic(&view));

@@ -15,7 +15,7 @@
 //! # let scene = bvhc::scene::read(&model, &Default::default())?;
 //! # let exec = bvhc::exec::Executor::sequential();
 //! # let accel = bvhc::build::compile(scene, &Default::default(), &exec, &bvhc::build::NoProgress)?;
-//! # let image = bvhc::cache::Image::new(&accel, &exec);
+//! # let image = bvhc::cache::Image::new(&accel, &exec)?;
 //! # bvhc::cache::write_file(&path, &image, &Default::default(), &Default::default(), &exec)?;
 //! use bvhc::{Cache, Ray};
 //!
@@ -65,7 +65,7 @@
 //! let recipe =
 //!     Recipe { method: method.to_string(), builder_revision: method.revision(), options: options.effective() };
 //! let meta = Meta { notes: accel.notes.clone(), ..cache::provenance(recipe, &inputs, &report) };
-//! cache::write_file(&path, &Image::new(&accel, &exec), &meta, &WriteOptions::default(), &exec)?;
+//! cache::write_file(&path, &Image::new(&accel, &exec)?, &meta, &WriteOptions::default(), &exec)?;
 //! # assert_eq!(bvhc::Cache::open(&path)?.triangles().len(), 1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -84,6 +84,7 @@
 
 pub mod build;
 pub mod cache;
+mod door;
 pub mod report;
 pub mod scene;
 pub mod trace;
@@ -94,8 +95,10 @@ pub mod verify;
 pub mod cli;
 
 pub use bvhc_core::{exec, geom, layout, random, simd};
-pub use cache::Cache;
+pub use cache::{Cache, Opened};
+pub use door::{Build, Built};
 pub use geom::Ray;
+pub use trace::Hit;
 
 /// The Rust in README.md and docs/ compiles; `tests/cli/documents.rs` sees that no page is forgotten.
 #[cfg(doctest)]

@@ -26,7 +26,7 @@ fn improved(method: Method, levels: Levels) -> BuildOptions {
 
 fn build(scene: &Scene, options: &BuildOptions) -> Image {
     let exec = Executor::new(0).expect("threads");
-    Image::new(&compile(scene.clone(), options, &exec, &NoProgress).expect("a tree"), &Executor::current())
+    Image::new(&compile(scene.clone(), options, &exec, &NoProgress).expect("a tree"), &Executor::current()).unwrap()
 }
 
 /// Every way to build the scene: both methods, and with instances both numbers of levels.
@@ -277,7 +277,7 @@ fn grid_mode_is_exact_to_the_last_bit() {
         let levels = if scene.instances.len() > 1 { Levels::Two } else { Levels::One };
         let method = if seed % 2 == 0 { Method::Binned } else { Method::Sbvh };
         let accel = compile(scene.clone(), &options(method, levels), &Executor::sequential(), &NoProgress);
-        let image = Image::new(&accel.expect("a tree"), &Executor::current());
+        let image = Image::new(&accel.expect("a tree"), &Executor::current()).unwrap();
         let oracle = Oracle::of_file(&scene, &image.view());
         for ray in &rays {
             let answer = oracle.trace(ray);

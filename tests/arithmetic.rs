@@ -19,7 +19,7 @@ fn image(scene: &Scene) -> Image {
     Image::new(
         &compile(scene.clone(), &BuildOptions::preset(Preset::Best), &exec, &NoProgress).expect("a tree"),
         &Executor::current(),
-    )
+    ).unwrap()
 }
 
 fn report(scene: &Scene) -> Report {

@@ -62,7 +62,7 @@ fn long_every_tree_of_every_model_is_valid() {
         for preset in [Preset::Draft, Preset::Best] {
             let accel =
                 build::compile(scene.clone(), &BuildOptions::preset(preset), &exec, &NoProgress).expect("a tree");
-            let image = Image::new(&accel, &Executor::current());
+            let image = Image::new(&accel, &Executor::current()).unwrap();
             let (report, seconds) = timed(|| check_image(&image, &Limits::default(), &Executor::current()));
             let name = file.file_name().unwrap().to_string_lossy();
             let speed = bytes(&image) as f64 / seconds * 1e-9;
@@ -91,7 +91,7 @@ fn long_check_of_everything_in_gigabytes_a_second() {
         for preset in [Preset::Draft, Preset::Best] {
             let options = BuildOptions::preset(preset);
             let accel = build::compile(scene.clone(), &options, &exec, &NoProgress).expect("a tree");
-            let image = Image::new(&accel, &Executor::current());
+            let image = Image::new(&accel, &Executor::current()).unwrap();
             let file = to_bytes(&image, &Meta::default(), &WriteOptions::default(), &Executor::current()).unwrap();
             // Systems count processor time in steps of some milliseconds: check small files as often as makes that small.
             let often = 1 + 200_000_000 / file.len();

@@ -24,7 +24,7 @@ fn threads_change_neither_bytes_nor_notes() {
             let (one, four) = (build(1), build(4));
             assert!(!one.notes.is_empty() && one.notes == four.notes, "{name}: {:?} {:?}", one.notes, four.notes);
             assert!(
-                Image::new(&one, &Executor::current()) == Image::new(&four, &Executor::current()),
+                Image::new(&one, &Executor::current()).unwrap() == Image::new(&four, &Executor::current()).unwrap(),
                 "{name} {preset}"
             );
         }
@@ -75,7 +75,7 @@ fn tiny_degenerate_and_hostile_meshes_get_sound_trees() {
                 let scene = scene_of(mesh.clone());
                 let accel = compile(scene, &options, &Executor::sequential(), &NoProgress).unwrap();
                 let checked =
-                    check_image(&Image::new(&accel, &Executor::current()), &Limits::default(), &Executor::current());
+                    check_image(&Image::new(&accel, &Executor::current()).unwrap(), &Limits::default(), &Executor::current());
                 assert!(checked.is_valid(), "{name}: {:?}", checked.findings);
             }
         }
@@ -142,9 +142,9 @@ fn over(mesh: &Mesh, rays: usize) -> Vec<(Choice, f64)> {
     let exec = Executor::new(0).unwrap();
     let build = |options: &BuildOptions| decide_tree(mesh, options, &exec, &NoProgress).unwrap();
     let draft = build(&BuildOptions::preset(Preset::Draft)).0;
-    let image = Image::of_tree(mesh, &draft, &Executor::current());
+    let image = Image::of_tree(mesh, &draft, &Executor::current()).unwrap();
     let rays = ProbeRays::new(&image.view(), &Camera::automatic(&image.view()), rays);
-    let cost = |tree| rays.cost(&Image::of_tree(mesh, &tree, &Executor::current()).view(), &exec).mean();
+    let cost = |tree| rays.cost(&Image::of_tree(mesh, &tree, &Executor::current()).unwrap().view(), &exec).mean();
     let cheapest = rivals().iter().map(|rival| cost(build(rival).0)).fold(f64::INFINITY, f64::min);
     let search = |preset| {
         let (tree, choice) = build(&BuildOptions::preset(preset));
@@ -187,7 +187,7 @@ fn long_adaptation_spares_rays_work_in_real_buildings() {
         let exec = Executor::new(0).unwrap();
         let [without, with] = [0, 4096].map(|adapt| {
             let options = BuildOptions { adapt, ..base.clone() };
-            Image::of_tree(mesh, &decide_tree(mesh, &options, &exec, &NoProgress).unwrap().0, &Executor::current())
+            Image::of_tree(mesh, &decide_tree(mesh, &options, &exec, &NoProgress).unwrap().0, &Executor::current()).unwrap()
         });
         let cameras = Camera::around(&without.view());
         let rays = ProbeRays::around(&without.view(), &cameras, 1 << 14);

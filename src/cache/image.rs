@@ -1,4 +1,4 @@
-use super::{BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, View, clip_name, tree_flags};
+use super::{CacheError, BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, View, clip_name, tree_flags};
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::Mesh;
@@ -21,30 +21,39 @@ pub struct Image {
 
 impl Image {
     /// Lay out trees and geometry as the file's records.
-    pub fn new(accel: &Accel, exec: &Executor) -> Image {
+    ///
+    /// # Errors
+    /// Where a tree refers to triangles, a part to triangles, or an instance to a mesh that is not there. Whether the trees are sound beyond that
+    /// is asked when the image is written.
+    pub fn new(accel: &Accel, exec: &Executor) -> Result<Image, CacheError> {
         let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
         for (mesh, tree) in accel.meshes.iter().zip(&accel.blases) {
-            image.push_blas(mesh, tree, exec);
+            image.push_blas(mesh, tree, exec)?;
         }
         let any_duplicates = image.blases.iter().any(|b| b.flags & tree_flags::DUP_REFS != 0);
         image.flags |= if any_duplicates { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE };
         if let Some(tlas) = &accel.tlas {
             image.flags |= tree_flags::TWO_LEVEL;
             image.tlas_nodes.clone_from(&tlas.nodes);
-            image.instances = tlas.refs.iter().map(|&id| instance_record(accel, id)).collect();
+            image.instances =
+                tlas.refs.iter().map(|&id| instance_record(accel, id)).collect::<Result<_, CacheError>>()?;
         }
-        image
+        Ok(image)
     }
 
     /// One tree over a mesh in world space.
-    pub fn of_tree(mesh: &Mesh, tree: &Tree, exec: &Executor) -> Image {
+    ///
+    /// # Errors
+    /// As [`Image::new`].
+    pub fn of_tree(mesh: &Mesh, tree: &Tree, exec: &Executor) -> Result<Image, CacheError> {
         let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
-        image.push_blas(mesh, tree, exec);
+        image.push_blas(mesh, tree, exec)?;
         image.flags |= image.blases[0].flags;
-        image
+        Ok(image)
     }
 
-    fn push_blas(&mut self, mesh: &Mesh, tree: &Tree, exec: &Executor) {
+    fn push_blas(&mut self, mesh: &Mesh, tree: &Tree, exec: &Executor) -> Result<(), CacheError> {
+        fits(mesh, tree, self.blases.len(), exec)?;
         let blas = self.blases.len() as u32;
         let first_geom = self.geoms.len() as u32;
         self.names.extend(mesh.parts.iter().map(|part| clip_name(&part.name).to_owned()));
@@ -90,6 +99,7 @@ impl Image {
             let flags = if uses[r] > 1 { TriangleRecord::DUPLICATED } else { 0 };
             triangle_record(mesh, r, first_geom, flags)
         });
+        Ok(())
     }
 
     pub fn view(&self) -> View<'_> {
@@ -111,14 +121,36 @@ pub(crate) fn triangle_record(mesh: &Mesh, r: usize, first_geom: u32, flags: u32
     TriangleRecord { v0, prim: mesh.source_prim(r), v1, geom: first_geom + part, v2, flags }
 }
 
-fn instance_record(accel: &Accel, id: u32) -> InstanceRecord {
-    let instance = &accel.instances[id as usize];
+/// Every number that is followed below leads somewhere.
+fn fits(mesh: &Mesh, tree: &Tree, number: usize, exec: &Executor) -> Result<(), CacheError> {
+    if let Err(error) = mesh.validate(number, exec) {
+        return Err(unwritable(error.to_string()));
+    }
+    let count = mesh.triangles.len();
+    if mesh.parts.is_empty() && count > 0 {
+        return Err(unwritable(format!("mesh {number} has {count} triangles and no part that they belong to")));
+    }
+    match tree.refs.iter().find(|&&r| r as usize >= count) {
+        Some(r) => Err(unwritable(format!("tree {number} refers to triangle {r}, and its mesh has {count}"))),
+        None => Ok(()),
+    }
+}
+
+fn unwritable(detail: String) -> CacheError {
+    CacheError::Unwritable { name: "the image".into(), detail }
+}
+
+fn instance_record(accel: &Accel, id: u32) -> Result<InstanceRecord, CacheError> {
+    let count = accel.instances.len();
+    let instance = accel.instances.get(id as usize).ok_or_else(|| {
+        unwritable(format!("the tree over the instances refers to instance {id}, and there are {count}"))
+    })?;
     let object_to_world = instance.transform.to_f32();
     let rounded = Affine::from_f32(&object_to_world);
     // The scene room refuses singular transforms; one that becomes singular by rounding to f32 maps everything to itself
     // here and is found by the check of the two matrices.
     let world_to_object = rounded.inverse().unwrap_or(Affine::IDENTITY).to_f32();
-    InstanceRecord {
+    Ok(InstanceRecord {
         object_to_world,
         world_to_object,
         blas: instance.mesh,
@@ -127,5 +159,5 @@ fn instance_record(accel: &Accel, id: u32) -> InstanceRecord {
         flags: if rounded.determinant() < 0.0 { InstanceRecord::MIRRORED } else { 0 },
         node: instance.node,
         reserved: [0; 3],
-    }
+    })
 }

@@ -11,6 +11,8 @@ use bytemuck::{Zeroable, bytes_of, cast_slice};
 
 use bvhc_core::cache::parts::{check_tree_flags, encode_names, pack};
 
+use super::check::{Limits, check_image};
+use super::rules::Severity;
 use super::{CacheError, Limited};
 use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, MINOR, SectionEntry, SectionKind, builder_id};
 use super::{Image, Meta, atomic, keys, tree_flags};
@@ -28,9 +30,19 @@ pub enum Codec {
 }
 
 /// Choices that change the file but not its content.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WriteOptions {
+    /// How sections are stored.
     pub codec: Codec,
+    /// Hold every record against the rules of the format first, and refuse an image that breaks one: a few passes over the records.
+    /// Turn it off only for an image that came from [`build::compile`](crate::build::compile) and was not changed.
+    pub check: bool,
+}
+
+impl Default for WriteOptions {
+    fn default() -> WriteOptions {
+        WriteOptions { codec: Codec::Raw, check: true }
+    }
 }
 
 /// What was written.
@@ -87,6 +99,12 @@ fn seal<'a>(
 ) -> Result<Sealed<'a>, CacheError> {
     let unwritable = |detail| CacheError::Unwritable { name: name.to_owned(), detail };
     let too_large = |detail| CacheError::Limit { name: name.to_owned(), detail, limit: Limited::Format };
+    if options.check {
+        let report = check_image(image, &Limits { max_issues: 1, ..Limits::default() }, exec);
+        if let Some(first) = report.findings.iter().find(|f| f.rule.severity() == Severity::Error) {
+            return Err(unwritable(first.to_string()));
+        }
+    }
     let meta_bytes = meta.encode().map_err(too_large)?;
     let header = describe(image, meta).map_err(unwritable)?;
 

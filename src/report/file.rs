@@ -118,7 +118,7 @@ mod tests {
     fn one_level_and_two_levels() {
         let (mesh, tree) = one_triangle();
         let flat = Accel { meshes: vec![mesh.clone()], blases: vec![tree.clone()], tlas: None, ..Accel::default() };
-        let r = FileReport::of_view("flat".into(), 960, &Image::new(&flat, &Executor::sequential()).view());
+        let r = FileReport::of_view("flat".into(), 960, &Image::new(&flat, &Executor::sequential()).unwrap().view());
         assert_eq!((r.levels, r.instanced_triangles, r.bytes_per_triangle), (1, 1, 960.0));
         assert!(r.blas_spread.is_none() && r.tlas.is_none());
 
@@ -131,7 +131,7 @@ mod tests {
             instances: vec![place(0), place(1), place(1)],
             ..Accel::default()
         };
-        let r = FileReport::of_view("two".into(), 960, &Image::new(&two, &Executor::sequential()).view());
+        let r = FileReport::of_view("two".into(), 960, &Image::new(&two, &Executor::sequential()).unwrap().view());
         assert_eq!((r.levels, r.instances, r.instanced_triangles, r.blas.trees), (2, 3, 3, 2));
         assert_eq!(r.tlas.unwrap().refs, 3);
         assert_eq!(r.blas_spread.unwrap().largest, Extreme { blas: 0, value: 1.0 });

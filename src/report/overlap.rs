@@ -115,7 +115,7 @@ mod tests {
         let accel =
             |n: usize| Accel { meshes: vec![mesh.clone(); n], blases: vec![tree.clone(); n], ..Accel::default() };
         for copies in [1, 3] {
-            let image = Image::new(&accel(copies), &Executor::sequential());
+            let image = Image::new(&accel(copies), &Executor::sequential()).unwrap();
             let report = EpoReport::of_view(&image.view(), EpoMode::Exact, &exec);
             assert!((report.value - expected).abs() < 1e-9 * expected && report.points == 0, "{report:?}, {expected}");
             let rough = EpoReport::of_view(&image.view(), EpoMode::Points(6000), &exec);

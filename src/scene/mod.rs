@@ -12,11 +12,13 @@ mod options;
 mod read;
 mod sanitize;
 mod source;
+mod validate;
 
 pub use error::{ErrorKind, SceneError};
 pub use options::{Degenerate, Format, ReadOptions};
 pub use read::{read, read_bytes, read_with};
 pub use source::Progress;
+pub use validate::GeometryError;
 
 use crate::geom::{Aabb, Affine, Point};
 

@@ -18,7 +18,7 @@
 //! # let nodes = vec![Node::leaf(mesh.triangle_box(0), 0, 1), Node { min: [0.0; 3], first: 0, max: [0.0; 3], count: 0 }];
 //! # let blases = vec![Tree { nodes, refs: vec![0] }];
 //! # let exec = bvhc::exec::Executor::sequential();
-//! # let image = Image::new(&Accel { meshes: vec![mesh], blases, ..Accel::default() }, &exec);
+//! # let image = Image::new(&Accel { meshes: vec![mesh], blases, ..Accel::default() }, &exec).unwrap();
 //! # let view = image.view();
 //! let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 0.5]);
 //! let hit = closest_hit(&view, &ray).expect("the triangle is right ahead");

@@ -127,7 +127,7 @@ mod tests {
         Image::new(
             &compile(scene.clone(), &options, &Executor::sequential(), &NoProgress).expect("a tree"),
             &Executor::sequential(),
-        )
+        ).unwrap()
     }
 
     fn stored(image: &Image) -> Result<Scene, NotAScene> {

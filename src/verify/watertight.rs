@@ -175,7 +175,7 @@ mod tests {
         let instance = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
         let scene = Scene { meshes: vec![mesh.clone()], instances: vec![instance], ..Scene::default() };
         let accel = compile(scene, &BuildOptions::default(), &Executor::sequential(), &NoProgress).expect("a tree");
-        let image = Image::new(&accel, &Executor::sequential());
+        let image = Image::new(&accel, &Executor::sequential()).unwrap();
         escapes(&mut Cpu::new(image.view()), mesh, eyes, count, 1).expect("a walk")
     }
 
@@ -207,7 +207,7 @@ mod tests {
         let instance = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
         let scene = Scene { meshes: vec![part.clone()], instances: vec![instance], ..Scene::default() };
         let accel = compile(scene, &BuildOptions::default(), &Executor::sequential(), &NoProgress).expect("a tree");
-        let image = Image::new(&accel, &Executor::sequential());
+        let image = Image::new(&accel, &Executor::sequential()).unwrap();
         escapes(&mut Cpu::new(image.view()), whole, eyes, 10_000, 1).expect("a walk")
     }
 

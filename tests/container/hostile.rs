@@ -38,7 +38,7 @@ fn file(levels: Levels) -> Vec<u8> {
     let options = BuildOptions { levels, ..BuildOptions::preset(Preset::Best) };
     let accel = build::compile(scene, &options, &Executor::sequential(), &NoProgress).unwrap();
     to_bytes(
-        &Image::new(&accel, &Executor::current()),
+        &Image::new(&accel, &Executor::current()).unwrap(),
         &Meta::default(),
         &WriteOptions::default(),
         &Executor::current(),

@@ -26,7 +26,7 @@ fn leaf_tree(bounds: Aabb, refs: Vec<u32>) -> Tree {
 pub fn one_triangle() -> Image {
     let mesh = triangle_mesh();
     let tree = leaf_tree(mesh.triangle_box(0), vec![0]);
-    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::current())
+    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::current()).unwrap()
 }
 
 /// The triangle twice, side by side and mirrored.
@@ -43,11 +43,11 @@ pub fn two_instances() -> Image {
     Image::new(
         &Accel { meshes: vec![mesh], blases: vec![tree], tlas, instances, ..Accel::default() },
         &Executor::current(),
-    )
+    ).unwrap()
 }
 
 pub fn empty() -> Image {
-    Image::new(&Accel::default(), &Executor::current())
+    Image::new(&Accel::default(), &Executor::current()).unwrap()
 }
 
 pub fn meta() -> Meta {

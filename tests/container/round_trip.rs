@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use crate::images::{any_image, empty, meta, one_triangle, two_instances};
 
-const ZSTD: WriteOptions = WriteOptions { codec: Codec::Zstd { level: 3 } };
+const ZSTD: WriteOptions = WriteOptions { codec: Codec::Zstd { level: 3 }, check: true };
 
 fn hash_level() -> OpenOptions {
     OpenOptions { validation: Validation::Hash, ..OpenOptions::default() }

@@ -61,7 +61,7 @@ proptest! {
     ) {
         let image = if two_level { two_instances() } else { one_triangle() };
         let codec = if zstd { Codec::Zstd { level: 1 } } else { Codec::Raw };
-        let mut file = to_bytes(&image, &meta(), &WriteOptions { codec }, &Executor::current()).unwrap();
+        let mut file = to_bytes(&image, &meta(), &WriteOptions { codec, ..WriteOptions::default() }, &Executor::current()).unwrap();
         let (len, table_end) = (file.len(), 256 + 128 * 6);
         for (index, value, in_front) in hits {
             let at = index.index(if in_front { table_end } else { len });

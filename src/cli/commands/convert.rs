@@ -55,7 +55,7 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
             .fact(format!("{} and {} are one file", names::path(&args.input), names::path(&args.output)))
             .help("name another output with -o"));
     }
-    let write = WriteOptions { codec: args.codec };
+    let write = WriteOptions { codec: args.codec, ..WriteOptions::default() };
     let options = ConvertOptions { write, strip_unknown: args.strip_unknown, drop_meta: args.drop_meta };
 
     // The permission to write is held over the reading too: the library does both in one step.

@@ -129,7 +129,7 @@ mod tests {
             let mesh = Mesh { positions, triangles, parts, ..Mesh::default() };
             let options = BuildOptions::preset(Preset::Draft);
             let tree = build_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
-            Image::of_tree(&mesh, &tree, &Executor::sequential())
+            Image::of_tree(&mesh, &tree, &Executor::sequential()).unwrap()
         };
         let crowded = build(specks.clone().chain(floor).collect());
         let framed = subject(&crowded.view());

@@ -348,7 +348,7 @@ fn instances() -> Vec<Invalid> {
     let place = |mesh| Instance { mesh, transform: Affine::IDENTITY, node: 0, name: String::new() };
     let with_meshes = |meshes: Vec<Mesh>, instances: Vec<Instance>| {
         let blases = meshes.iter().map(|m| if m.triangles.is_empty() { Tree::default() } else { tree(m, 2) }).collect();
-        file(&Image::new(&scenes::with_top(meshes, blases, instances), &Executor::current()))
+        file(&Image::new(&scenes::with_top(meshes, blases, instances), &Executor::current()).unwrap())
     };
     vec![
         edited(&rules::E0501, |i| i.instances[1].world_to_object[5] = f32::INFINITY),
@@ -407,7 +407,7 @@ fn source() -> Vec<Invalid> {
         against(&rules::E0604, made_from(other_part), seven()),
         Invalid {
             source: Some(Model { meshes: accel.meshes, instances: Some(accel.instances) }),
-            ..broken(&rules::E0605, file(&Image::new(&other_node, &Executor::current())))
+            ..broken(&rules::E0605, file(&Image::new(&other_node, &Executor::current()).unwrap()))
         },
         against(&rules::E0606, other_input, seven()),
     ]

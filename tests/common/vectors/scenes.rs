@@ -87,7 +87,7 @@ pub fn comb(n: usize) -> (Mesh, Tree) {
 }
 
 pub fn one_level(mesh: Mesh, tree: Tree) -> Image {
-    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::current())
+    Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::current()).unwrap()
 }
 
 /// A wide triangle cut in two by the plane x = 4, small triangles on both sides, and a third leaf far to the right.
@@ -148,7 +148,7 @@ pub fn with_top(meshes: Vec<Mesh>, blases: Vec<Tree>, instances: Vec<Instance>) 
 }
 
 pub fn two_level() -> Image {
-    Image::new(&two_level_accel(), &Executor::current())
+    Image::new(&two_level_accel(), &Executor::current()).unwrap()
 }
 
 /// Three named parts, one of them without a name, and source numbers with holes: two triangles were dropped.

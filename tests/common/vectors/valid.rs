@@ -86,7 +86,7 @@ fn header_of(file: &[u8]) -> Header {
 pub fn packed() -> Vec<u8> {
     let mesh = sheet(20, 0.0);
     let tree = tree(&mesh, 4);
-    let options = WriteOptions { codec: Codec::Zstd { level: 3 } };
+    let options = WriteOptions { codec: Codec::Zstd { level: 3 }, check: true };
     let file = to_bytes(&one_level(mesh, tree), &scenes::meta(), &options, &Executor::current()).unwrap();
     assert_eq!(bytes::entries(&file)[bytes::position(&file, SectionKind::TRIS)].codec, SectionEntry::ZSTD);
     file

@@ -82,6 +82,12 @@ impl Aabb {
         [self.min[0] + self.max[0], self.min[1] + self.max[1], self.min[2] + self.max[2]]
     }
 
+    /// Whether two boxes have a point in common; touching counts, and an empty box overlaps nothing.
+    #[inline]
+    pub fn overlaps(&self, other: &Aabb) -> bool {
+        (0..3).all(|a| self.min[a] <= other.max[a] && other.min[a] <= self.max[a])
+    }
+
     /// Exact containment: no tolerance is needed, because unions of boxes round nothing.
     #[inline]
     pub fn contains(&self, inner: &Aabb) -> bool {

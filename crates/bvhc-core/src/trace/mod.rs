@@ -14,12 +14,14 @@ mod observe;
 mod slab;
 mod test;
 mod traverse;
+mod visit;
 
 pub use hit::{Hit, Malformed};
 #[doc(hidden)]
 pub use observe::Fault;
 pub use observe::{Counters, NoObserver, Observer};
 pub use traverse::{FARTHEST, any_hit, closest_hit, try_any_hit, try_closest_hit};
+pub use visit::{Step, Visit};
 
 /// The walk and its parts: traversal by any triangle test and any box test.
 pub mod arithmetic {

@@ -1,0 +1,161 @@
+//! A walk over the nodes of one tree, for queries that are no rays: boxes, spheres, nearest points.
+
+use super::hit::Malformed;
+use crate::layout::{BlasView, MAX_DEPTH, Node, TriangleRecord, View};
+
+/// A node as a walk comes to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Visit<'a> {
+    /// Number of the node's record, counted from the tree's own start.
+    pub index: usize,
+    /// The record: its box, and what it is.
+    pub node: &'a Node,
+    /// The root has depth 0.
+    pub depth: u32,
+    /// The triangles of a leaf; empty for an inner node.
+    pub triangles: &'a [TriangleRecord],
+}
+
+/// How a walk goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// To the children, if the node has any.
+    Descend,
+    /// Past everything below this node.
+    Skip,
+    /// Nowhere: the walk ends.
+    Stop,
+}
+
+impl<'a> BlasView<'a> {
+    /// Walk the tree from its root, a parent before its children and the first child before the second. `see` decides after each node how
+    /// the walk goes on.
+    ///
+    /// Returns whether `see` stopped the walk. An empty tree has no node to visit. Memory is constant and the walk ends on every input.
+    ///
+    /// ```
+    /// use bvhc_core::layout::View;
+    /// use bvhc_core::trace::Step;
+    ///
+    /// /// How many triangles lie in leaves that a box meets.
+    /// fn near(view: &View<'_>, query: &bvhc_core::geom::Aabb) -> Result<usize, bvhc_core::trace::Malformed> {
+    ///     let mut count = 0;
+    ///     let Some(tree) = view.blas(0) else { return Ok(0) };
+    ///     tree.visit(|at| {
+    ///         count += at.triangles.len();
+    ///         if at.node.bounds().overlaps(query) { Step::Descend } else { Step::Skip }
+    ///     })?;
+    ///     Ok(count)
+    /// }
+    /// ```
+    ///
+    /// # Errors
+    /// Where the records are no tree. A file that was opened at [`Validation::Tree`](crate::cache::Validation::Tree) has none such.
+    pub fn visit(&self, mut see: impl FnMut(Visit<'a>) -> Step) -> Result<bool, Malformed> {
+        if self.nodes.is_empty() {
+            return Ok(false);
+        }
+        // A second child waits for each level that the walk is below the root.
+        let mut waiting = [(0usize, 0u32); MAX_DEPTH as usize + 1];
+        let mut count = 0;
+        let (mut index, mut depth) = (0usize, 0u32);
+        let mut entered = 0usize;
+        loop {
+            let node = &self.nodes[index];
+            let triangles = if node.is_leaf() { self.triangles_of(node)? } else { &[] };
+            match see(Visit { index, node, depth, triangles }) {
+                Step::Stop => return Ok(true),
+                Step::Descend if !node.is_leaf() => {
+                    let first = node.first as usize;
+                    if first.checked_add(1).is_none_or(|second| second >= self.nodes.len()) {
+                        return Err(Malformed::ChildOutOfRange { first: node.first, nodes: self.nodes.len() });
+                    }
+                    if depth >= MAX_DEPTH {
+                        return Err(Malformed::TooDeep);
+                    }
+                    entered += 1;
+                    if entered > self.nodes.len() {
+                        return Err(Malformed::NotATree { nodes: self.nodes.len() });
+                    }
+                    depth += 1;
+                    waiting[count] = (first + 1, depth);
+                    count += 1;
+                    index = first;
+                    continue;
+                }
+                Step::Descend | Step::Skip => {}
+            }
+            if count == 0 {
+                return Ok(false);
+            }
+            count -= 1;
+            (index, depth) = waiting[count];
+        }
+    }
+
+    /// The triangles of a leaf.
+    fn triangles_of(&self, leaf: &Node) -> Result<&'a [TriangleRecord], Malformed> {
+        let (first, count) = (leaf.first, leaf.count);
+        let range = (first as usize).checked_add(count as usize).map(|end| first as usize..end);
+        let found = range.and_then(|range| self.triangles.get(range));
+        found.ok_or(Malformed::LeafOutOfRange { first, count, refs: self.triangles.len() })
+    }
+}
+
+impl<'a> View<'a> {
+    /// The trees, each with its number.
+    pub fn trees(&self) -> impl Iterator<Item = (usize, BlasView<'a>)> {
+        let view = *self;
+        (0..view.blases.len()).filter_map(move |i| Some((i, view.blas(i)?)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    /// A root over two leaves of one triangle each.
+    fn small() -> ([Node; 4], [TriangleRecord; 2]) {
+        let leaf = |x: f32, first| Node { min: [x, 0.0, 0.0], first, max: [x + 1.0, 1.0, 1.0], count: 1 };
+        let root = Node { min: [0.0; 3], first: 2, max: [3.0, 1.0, 1.0], count: 0 };
+        ([root, Node::zeroed(), leaf(0.0, 0), leaf(2.0, 1)], [TriangleRecord::zeroed(); 2])
+    }
+
+    #[test]
+    fn parents_come_before_children_and_skipped_nodes_hide_theirs() {
+        let (nodes, triangles) = small();
+        let tree = BlasView { nodes: &nodes, triangles: &triangles };
+        let mut seen = Vec::new();
+        let stopped = tree.visit(|at| {
+            seen.push((at.index, at.depth, at.triangles.len()));
+            Step::Descend
+        });
+        assert_eq!((stopped, seen), (Ok(false), vec![(0, 0, 0), (2, 1, 1), (3, 1, 1)]));
+        let mut count = 0;
+        let walk = |step| tree.visit(|_| step);
+        assert_eq!((walk(Step::Skip), walk(Step::Stop)), (Ok(false), Ok(true)));
+        tree.visit(|_| {
+            count += 1;
+            Step::Skip
+        })
+        .unwrap();
+        assert_eq!(count, 1);
+        assert_eq!(BlasView { nodes: &[], triangles: &[] }.visit(|_| Step::Descend), Ok(false));
+    }
+
+    #[test]
+    fn records_that_are_no_tree_end_in_an_error() {
+        let (nodes, triangles) = small();
+        let broken = |change: &dyn Fn(&mut [Node; 4])| {
+            let mut nodes = nodes;
+            change(&mut nodes);
+            BlasView { nodes: &nodes, triangles: &triangles }.visit(|_| Step::Descend).unwrap_err()
+        };
+        assert_eq!(broken(&|n| n[0].first = 3), Malformed::ChildOutOfRange { first: 3, nodes: 4 });
+        assert_eq!(broken(&|n| n[0].first = u32::MAX), Malformed::ChildOutOfRange { first: u32::MAX, nodes: 4 });
+        assert_eq!(broken(&|n| n[3].first = 2), Malformed::LeafOutOfRange { first: 2, count: 1, refs: 2 });
+        let loops = broken(&|n| n[2] = Node { count: 0, first: 2, ..n[2] });
+        assert!(matches!(loops, Malformed::TooDeep | Malformed::NotATree { .. }), "{loops:?}");
+    }
+}

@@ -1,0 +1,226 @@
+//! One way in for programs: geometry from arrays or from a model, to a file or to rays, without a choice that can be forgotten.
+//!
+//! The rooms behind it stay open for those who need more: [`scene`](crate::scene) reads, [`build`](crate::build) builds,
+//! [`cache`](crate::cache) writes.
+
+use crate::build::{self, BuildError, BuildOptions, NoProgress, Preset, Progress};
+use crate::cache::keys::Recipe;
+use crate::cache::{self, CacheError, Image, Meta, View, WriteOptions, WriteSummary};
+use crate::exec::Executor;
+use crate::geom::{Affine, Point, Ray};
+use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, Scene, SceneError};
+use crate::trace::{Hit, Malformed, closest_hit, any_hit};
+use std::path::Path;
+
+/// A build before it runs: what is built, how, and on how many threads.
+///
+/// ```
+/// use bvhc::{Build, Ray, build::Preset};
+///
+/// let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// let built = Build::new(&positions, &[[0, 1, 2]])?.preset(Preset::Best).threads(0).run()?;
+/// let hit = built.closest_hit(&Ray::new([0.25, 0.25, -2.0], [0.0, 0.0, 1.0])).expect("the triangle is ahead");
+/// assert_eq!((hit.t, hit.prim), (2.0, 0));
+/// # let path = tempfile::tempdir()?.path().join("scene.bvhc");
+/// # std::fs::create_dir_all(path.parent().unwrap())?;
+/// built.write(&path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// Several meshes, each in several places:
+///
+/// ```
+/// use bvhc::{Build, geom::Affine};
+///
+/// let mut build = Build::empty();
+/// let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// let tree = build.add_mesh("tree", &positions, &[[0, 1, 2]])?;
+/// build.add_instance(tree, Affine::translation([10.0, 0.0, 0.0]))?;
+/// build.add_instance(tree, Affine::translation([20.0, 0.0, 0.0]))?;
+/// let built = build.run()?;
+/// assert_eq!(built.view().instances.len(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+#[must_use = "nothing is built before `run`"]
+pub struct Build {
+    scene: Scene,
+    options: BuildOptions,
+    threads: usize,
+}
+
+impl Build {
+    /// One mesh in world space: `triangles` are indices into `positions`.
+    ///
+    /// # Errors
+    /// Where an index is out of range or a corner is not finite.
+    pub fn new(positions: &[Point], triangles: &[[u32; 3]]) -> Result<Build, GeometryError> {
+        let mesh = Mesh::new(String::new(), positions.to_vec(), triangles.to_vec())?;
+        Ok(Build { scene: Scene::of_mesh(mesh), ..Build::default() })
+    }
+
+    /// No mesh yet: [`Build::add_mesh`] and [`Build::add_instance`] bring them.
+    pub fn empty() -> Build {
+        Build::default()
+    }
+
+    /// A scene that is there already.
+    ///
+    /// # Errors
+    /// As [`Scene::validate`].
+    pub fn of_scene(scene: Scene) -> Result<Build, GeometryError> {
+        scene.validate(&Executor::current())?;
+        Ok(Build { scene, ..Build::default() })
+    }
+
+    /// An OBJ or glTF model, read by the default policies; [`scene::read`] knows others.
+    ///
+    /// # Errors
+    /// Where the model cannot be read.
+    pub fn of_model(path: impl AsRef<Path>) -> Result<Build, SceneError> {
+        let scene = scene::read(path.as_ref(), &ReadOptions::default())?;
+        Ok(Build { scene, ..Build::default() })
+    }
+
+    /// Add a mesh, which no ray meets until an instance shows it. Returns its number.
+    ///
+    /// # Errors
+    /// As [`Build::new`].
+    pub fn add_mesh(
+        &mut self,
+        name: impl Into<String>,
+        positions: &[Point],
+        triangles: &[[u32; 3]],
+    ) -> Result<u32, GeometryError> {
+        let number = self.scene.meshes.len();
+        let mut mesh = Mesh::new(name, positions.to_vec(), triangles.to_vec())?;
+        mesh.parts.iter_mut().for_each(|part| part.source_mesh = number as u32);
+        self.scene.meshes.push(mesh);
+        Ok(number as u32)
+    }
+
+    /// Place a mesh. Returns the number of the instance, which hits name.
+    ///
+    /// # Errors
+    /// Where there is no such mesh, or the transform is not finite or has no inverse.
+    pub fn add_instance(&mut self, mesh: u32, object_to_world: Affine) -> Result<u32, GeometryError> {
+        let (instance, meshes) = (self.scene.instances.len(), self.scene.meshes.len());
+        if mesh as usize >= meshes {
+            return Err(GeometryError::MeshOutOfRange { instance, mesh, meshes });
+        }
+        if object_to_world.inverse().is_none() {
+            return Err(GeometryError::Transform { instance });
+        }
+        let name = self.scene.meshes[mesh as usize].name.clone();
+        self.scene.instances.push(Instance { mesh, transform: object_to_world, node: instance as u32, name });
+        Ok(instance as u32)
+    }
+
+    /// How good the trees shall be, and how long they may take; the default is [`Preset::Auto`].
+    pub fn preset(self, preset: Preset) -> Build {
+        Build { options: BuildOptions::preset(preset), ..self }
+    }
+
+    /// Every choice by itself.
+    pub fn options(self, options: BuildOptions) -> Build {
+        Build { options, ..self }
+    }
+
+    /// Threads to use; 0, the default, means one per core. The result is the same for any number.
+    pub fn threads(self, threads: usize) -> Build {
+        Build { threads, ..self }
+    }
+
+    /// Build.
+    ///
+    /// # Errors
+    /// Where an option is out of its range, the scene is too large, or no threads can be started.
+    pub fn run(self) -> Result<Built, BuildError> {
+        let exec = Executor::new(self.threads)?;
+        self.run_on(exec, &NoProgress)
+    }
+
+    /// [`Build::run`] on given threads, watched and stopped by `progress`.
+    ///
+    /// # Errors
+    /// As [`Build::run`], and where `progress` cancels the build.
+    pub fn run_on(self, exec: Executor, progress: &dyn Progress) -> Result<Built, BuildError> {
+        let Build { scene, options, .. } = self;
+        let method = options.method;
+        let recipe = Recipe {
+            method: method.to_string(),
+            builder_revision: method.revision(),
+            options: options.effective(),
+        };
+        let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
+        let accel = build::compile(scene, &options, &exec, progress)?;
+        let image = Image::new(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
+        let meta = Meta { notes: accel.notes, ..cache::provenance(recipe, &inputs, &report) };
+        Ok(Built { image, meta, exec })
+    }
+}
+
+/// A finished build: to be traced, written, or both.
+#[derive(Debug)]
+pub struct Built {
+    image: Image,
+    meta: Meta,
+    exec: Executor,
+}
+
+impl Built {
+    /// Write a cache file in the place of `path`, in one step: whatever happens, the old file or the new one is there.
+    ///
+    /// # Errors
+    /// Where the file cannot be written.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<WriteSummary, CacheError> {
+        self.write_with(path, &WriteOptions::default())
+    }
+
+    /// [`Built::write`] with a codec.
+    ///
+    /// # Errors
+    /// As [`Built::write`].
+    pub fn write_with(&self, path: impl AsRef<Path>, options: &WriteOptions) -> Result<WriteSummary, CacheError> {
+        // What a build made is sound, so that it need not be checked again.
+        let options = WriteOptions { check: cfg!(debug_assertions), ..*options };
+        cache::write_file(path.as_ref(), &self.image, &self.meta, &options, &self.exec)
+    }
+
+    /// The file's bytes.
+    ///
+    /// # Errors
+    /// Where names or notes exceed the format's limits.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, CacheError> {
+        let options = WriteOptions { check: cfg!(debug_assertions), ..WriteOptions::default() };
+        cache::to_bytes(&self.image, &self.meta, &options, &self.exec)
+    }
+
+    /// The records, as traversal and the file have them.
+    pub fn view(&self) -> View<'_> {
+        self.image.view()
+    }
+
+    /// The nearest point where the ray meets the scene.
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        closest_hit(&self.view(), ray)
+    }
+
+    /// Whether the ray meets anything.
+    pub fn any_hit(&self, ray: &Ray) -> bool {
+        any_hit(&self.view(), ray)
+    }
+
+    /// The nearest hit of each of many rays, on the build's threads.
+    ///
+    /// # Errors
+    /// None: what was built is a tree.
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), Malformed> {
+        self.view().closest_hits(rays, hits, &self.exec)
+    }
+
+    /// Why the builder chose what it chose, for people; empty where nothing was chosen.
+    pub fn notes(&self) -> &[String] {
+        &self.meta.notes
+    }
+}
