@@ -124,7 +124,7 @@ pub fn build_failure(error: &BuildError) -> Failure {
     let exit = match error {
         BuildError::Cancelled => return Failure::interrupted(),
         BuildError::TooLarge { .. } => Exit::Limit,
-        BuildError::Option { .. } | BuildError::UnknownName { .. } => Exit::Usage,
+        BuildError::Option { .. } | BuildError::NotRead { .. } | BuildError::UnknownName { .. } => Exit::Usage,
         BuildError::OutOfRange { .. } => Exit::Model,
         BuildError::MeshIndex { .. } => Exit::Internal,
     };

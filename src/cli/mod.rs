@@ -29,6 +29,7 @@ mod terminal;
 use crate::exec::{Executor, ThreadsError};
 use args::{Cli, Command, GlobalArgs};
 use clap::{CommandFactory, Parser};
+use commands::build::options::listing;
 use exit::Exit;
 use failure::Failure;
 use std::ffi::OsString;
@@ -94,6 +95,16 @@ fn dispatch(command: &Command, context: &Context) -> Result<Exit, Failure> {
 
 /// Help and version go to stdout and are fine; anything else that clap has to say is a usage error.
 fn report_usage(error: &clap::Error, json: bool) -> Exit {
+    let terminal = Terminal::new(terminal::ColorChoice::Auto, false, 0, json);
+    if listing::is_asked_for(error) {
+        // As with help, the only way to fail is a closed pipe.
+        let _ = terminal.print(&listing::text());
+        return Exit::Success;
+    }
+    if let Some(failure) = listing::instead_of(error) {
+        terminal.error(&failure);
+        return Exit::Usage;
+    }
     if json && error.use_stderr() {
         let text = error.render().to_string();
         let mut lines = text.lines().filter(|l| !l.trim().is_empty());

@@ -1,7 +1,7 @@
 //! Names of the options' values: one table each for printing, parsing and help.
 
 use super::options::{Axes, Clip, Levels, Method, Preset};
-use super::registry::METHODS;
+use super::registry::{METHODS, PRESETS};
 use crate::build::error::BuildError;
 use std::fmt;
 use std::str::FromStr;
@@ -21,17 +21,26 @@ pub trait Named: Copy + PartialEq + 'static {
     /// The value of that name; the error lists the choices and the nearest of them.
     fn parse(text: &str) -> Result<Self, BuildError> {
         let names = Self::names();
-        if let Some((value, _)) = names.iter().find(|(_, name)| *name == text) {
-            return Ok(*value);
+        match names.iter().find(|(_, name)| *name == text) {
+            Some((value, _)) => Ok(*value),
+            None => Err(unknown(Self::KIND, text, &names.iter().map(|(_, name)| *name).collect::<Vec<_>>())),
         }
-        let nearest = names.iter().map(|(_, name)| (edits(text, name), *name)).min();
-        let help = match nearest {
-            Some((distance, name)) if distance <= 1 + name.len() / 3 => format!("Did you mean {name}?"),
-            _ => "Take one of those.".to_string(),
-        };
-        let choices = names.iter().map(|(_, name)| *name).collect::<Vec<_>>().join(", ");
-        Err(BuildError::UnknownName { kind: Self::KIND, name: text.to_string(), choices, help })
     }
+}
+
+/// What is said of a name that is none of the choices.
+pub(super) fn unknown(kind: &'static str, text: &str, choices: &[&str]) -> BuildError {
+    let help = match nearest(text, choices) {
+        Some(name) => format!("Did you mean {name}?"),
+        None => "Take one of those.".to_string(),
+    };
+    BuildError::UnknownName { kind, name: text.to_string(), choices: choices.join(", "), help }
+}
+
+/// The choice that a word was most likely meant to be.
+pub fn nearest<'a>(text: &str, choices: &[&'a str]) -> Option<&'a str> {
+    let (distance, name) = choices.iter().map(|name| (edits(text, name), *name)).min()?;
+    (distance <= 1 + name.len() / 3).then_some(name)
 }
 
 /// How many letters must be put in, taken out or replaced to turn one word into the other (Levenshtein). Long words are
@@ -82,7 +91,7 @@ impl Named for Levels {
 impl Named for Preset {
     const KIND: &'static str = "preset";
     fn names() -> Vec<(Self, &'static str)> {
-        vec![(Preset::Auto, "auto"), (Preset::Draft, "draft"), (Preset::Balanced, "balanced"), (Preset::Best, "best")]
+        PRESETS.iter().map(|row| (row.preset, row.name)).collect()
     }
 }
 

@@ -4,7 +4,7 @@
 //! every block anew; `--check FILE` exits with 1 if one differs.
 
 use super::build::options::preset_lines;
-use crate::build::METHODS;
+use crate::build::{METHODS, OPTIONS};
 use crate::cli::Context;
 use crate::cli::exit::{self, Exit};
 use crate::cli::failure::Failure;
@@ -115,7 +115,8 @@ fn options() -> String {
 fn methods() -> String {
     let mut text = String::from("| `--method` | trees | reads |\n|---|---|---|\n");
     for row in METHODS {
-        let options: Vec<String> = row.options.iter().map(|o| format!("`{}`", o.name())).collect();
+        let read = OPTIONS.iter().filter(|option| option.is_read_by(row.method));
+        let options: Vec<String> = read.map(|option| format!("`{}`", option.name)).collect();
         text.push_str(&format!("| `{}` | {} | {} |\n", row.name, row.summary, options.join(" ")));
     }
     text

@@ -122,7 +122,7 @@ pub fn run(args: &BuildArgs, context: &Context) -> Result<Exit, Failure> {
 }
 
 fn workshop<'a>(args: &'a BuildArgs, context: &'a Context) -> Result<Workshop<'a>, Failure> {
-    let build = args.tree.resolve();
+    let build = args.tree.resolve().map_err(|e| caches::build_failure(&e))?;
     let read = ReadOptions { max_memory: context.global.max_memory, ..args.read.resolve() };
     let method = build.method;
     let mut recipe =
@@ -164,6 +164,7 @@ fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
 fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> {
     let (args, context) = (workshop.args, workshop.context);
     inputs::readable(job)?;
+    args.read.suit(&job.input, job.bytes.as_deref())?;
     let verdict = plan::examine(job, &workshop.recipe, workshop.codec, &workshop.context.exec);
     let name = names::path(&job.output);
     let reason = match verdict {

@@ -1,0 +1,166 @@
+//! What there is to say about an option: the columns of the table.
+
+use super::options::{BuildOptions, Method, Preset};
+use super::registry::METHODS;
+use super::value::OptionValue;
+use crate::build::error::BuildError;
+
+/// A row of [`OPTIONS`](super::table::OPTIONS): all that parsing, help, documentation, META and the build key know about an option.
+#[derive(Debug)]
+pub struct OptionInfo {
+    /// What users type and META names, such as `spatial-bins`.
+    pub name: &'static str,
+    /// Stands for the value in help, such as `N`.
+    pub placeholder: &'static str,
+    pub kind: Kind,
+    pub readers: Readers,
+    pub key: InKey,
+    pub spelling: Spelling,
+    /// One line without a full stop.
+    pub help: &'static str,
+    /// Further sentences: what it is good for, what the ends of its range mean.
+    pub details: &'static str,
+    pub(super) write: fn(&BuildOptions) -> String,
+    /// False if the text is no value of the field's type; the field then keeps its own.
+    pub(super) read: fn(&mut BuildOptions, &str) -> bool,
+    pub(super) fits: fn(&BuildOptions, &Kind) -> bool,
+}
+
+/// The values that an option takes. Ranges include their ends.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
+    Count(u32, u32),
+    Real(f32, f32),
+    /// `true` or `false`.
+    Switch,
+    /// One of these names.
+    Choice(fn() -> Vec<&'static str>),
+}
+
+/// The methods whose trees depend on an option.
+#[derive(Clone, Copy, Debug)]
+pub enum Readers {
+    Every,
+    /// Every method that is no search: what cuts before a build or improves its tree, which a search decides about itself.
+    AllButSearches,
+    Only(&'static [Method]),
+}
+
+/// When the build key and META name an option that the method reads. What does not change the output is no option.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InKey {
+    Always,
+    /// Not where its value is 0 or false. A recipe without the step stays what it was before there was such a step.
+    UnlessOff,
+}
+
+/// How the command line spells an option.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spelling {
+    /// `--name value`, and `-O name=value` as well.
+    Flag,
+    /// `-O name=value` alone: no preset, search or lesson turns it.
+    Setting,
+}
+
+impl OptionInfo {
+    pub fn is_read_by(&self, method: Method) -> bool {
+        match self.readers {
+            Readers::Every => true,
+            Readers::AllButSearches => !method.is_search(),
+            Readers::Only(methods) => methods.contains(&method),
+        }
+    }
+
+    /// The names of the methods that read it, in the order of [`METHODS`].
+    pub fn reader_names(&self) -> Vec<&'static str> {
+        METHODS.iter().filter(|row| self.is_read_by(row.method)).map(|row| row.name).collect()
+    }
+
+    /// The value in these options, as text that two different values never share: floats in the shortest form that reads back
+    /// to the same bits.
+    pub fn value(&self, options: &BuildOptions) -> String {
+        (self.write)(options)
+    }
+
+    /// The value in a preset.
+    pub fn default_in(&self, preset: Preset) -> String {
+        self.value(&BuildOptions::preset(preset))
+    }
+
+    /// Whether a build can honour the value in these options.
+    pub fn is_valid(&self, options: &BuildOptions) -> bool {
+        (self.fits)(options, &self.kind)
+    }
+
+    /// The value that text stands for, in its shortest form.
+    ///
+    /// # Errors
+    /// The rule that the text breaks, as [`Kind::rule`] puts it.
+    pub fn parse(&self, text: &str) -> Result<String, String> {
+        let mut options = BuildOptions::default();
+        if (self.read)(&mut options, text) && self.is_valid(&options) {
+            return Ok(self.value(&options));
+        }
+        Err(self.kind.rule())
+    }
+
+    /// Put a value into the options.
+    ///
+    /// # Errors
+    /// [`BuildError::Option`] if the text is no value of this option. The options are then as they were.
+    pub fn set(&self, options: &mut BuildOptions, text: &str) -> Result<(), BuildError> {
+        let value = self.parse(text).map_err(|_| self.refusal(text.to_string()))?;
+        (self.read)(options, &value);
+        Ok(())
+    }
+
+    /// What is said of a value that is none of this option's.
+    pub(super) fn refusal(&self, value: String) -> BuildError {
+        let (option, rule) = (self.name, self.kind.rule());
+        BuildError::Option {
+            option,
+            value,
+            rule,
+            help: format!("Take {}, the default.", self.default_in(Preset::Auto)),
+        }
+    }
+
+    /// Whether the build key names this option of these options, which the method must read.
+    pub(super) fn is_named(&self, options: &BuildOptions) -> bool {
+        match self.key {
+            InKey::Always => true,
+            InKey::UnlessOff => !["0", "false"].contains(&self.value(options).as_str()),
+        }
+    }
+
+    /// What to type to give the option a value.
+    pub fn typed(&self, value: &str) -> String {
+        match self.spelling {
+            Spelling::Flag => format!("--{} {value}", self.name),
+            Spelling::Setting => format!("-O {}={value}", self.name),
+        }
+    }
+}
+
+impl Kind {
+    /// The values in words: `2 to 256`, `all, longest`.
+    pub fn range(&self) -> String {
+        match *self {
+            Kind::Count(least, most) => format!("{least} to {most}"),
+            Kind::Real(least, most) => format!("{} to {}", least.write(), most.write()),
+            Kind::Switch => "true, false".to_string(),
+            Kind::Choice(names) => names().join(", "),
+        }
+    }
+
+    /// The rule that a value has to obey, for a message.
+    pub fn rule(&self) -> String {
+        match *self {
+            Kind::Count(least, most) => format!("it must be a whole number between {least} and {most}"),
+            Kind::Real(least, most) => format!("it must be between {} and {}", least.write(), most.write()),
+            Kind::Switch => "it must be true or false".to_string(),
+            Kind::Choice(names) => format!("it must be one of {}", names().join(", ")),
+        }
+    }
+}

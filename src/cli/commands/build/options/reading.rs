@@ -1,0 +1,81 @@
+//! Flags that choose what of a model is read.
+
+use super::choice;
+use crate::build::Named;
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::names;
+use crate::scene::{Degenerate, Format, ReadOptions};
+use clap::Args;
+use std::path::Path;
+
+/// How models are read.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Reading")]
+pub struct ReadArgs {
+    /// What to do with triangles without area
+    #[arg(long, value_parser = choice::<Degenerate>(), value_name = "POLICY", default_value = "drop")]
+    pub degenerate: Degenerate,
+    /// Let a glTF file name buffers outside its own folder
+    #[arg(long)]
+    pub allow_outside: bool,
+    /// The glTF scene to build; default: the one that the file names
+    #[arg(long, value_name = "N")]
+    pub scene: Option<u32>,
+    /// What comes from standard input; told by its content if not given
+    #[arg(long, value_name = "FORMAT", value_enum)]
+    pub input_format: Option<InputFormat>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum InputFormat {
+    Obj,
+    Gltf,
+    Glb,
+}
+
+impl From<InputFormat> for Format {
+    fn from(format: InputFormat) -> Format {
+        match format {
+            InputFormat::Obj => Format::Obj,
+            InputFormat::Gltf | InputFormat::Glb => Format::Gltf,
+        }
+    }
+}
+
+impl ReadArgs {
+    pub fn resolve(&self) -> ReadOptions {
+        let (degenerate, allow_outside, scene) = (self.degenerate, self.allow_outside, self.scene);
+        ReadOptions { degenerate, allow_outside, scene, ..ReadOptions::default() }
+    }
+
+    /// The options that decide what is read, for META and the build key; the others only decide whether.
+    pub fn effective(&self) -> Vec<(String, String)> {
+        let scene = self.scene.map_or_else(|| "default".to_string(), |n| n.to_string());
+        vec![("degenerate".into(), self.degenerate.name().to_string()), ("scene".into(), scene)]
+    }
+
+    /// Refuse to choose a scene of a model that has none to choose from. `content` is the model itself where it came from standard input.
+    /// The format of a file is told as the reader tells it.
+    pub fn suit(&self, model: &Path, content: Option<&[u8]>) -> Result<(), Failure> {
+        let Some(scene) = self.scene else { return Ok(()) };
+        let format = match content {
+            Some(bytes) => self.input_format.map(Format::from).or_else(|| Format::sniff(bytes)),
+            None => Format::from_extension(model).or_else(|| Format::sniff(&std::fs::read(model).ok()?)),
+        };
+        if format != Some(Format::Obj) {
+            return Ok(());
+        }
+        Err(Failure::new(Exit::Usage, format!("cannot read {} with --scene {scene}", names::path(model)))
+            .fact("it is an OBJ model, which has no scenes; only glTF models have")
+            .help("leave out --scene"))
+    }
+}
+
+impl Named for Degenerate {
+    const KIND: &'static str = "policy";
+
+    fn names() -> Vec<(Self, &'static str)> {
+        vec![(Degenerate::Keep, "keep"), (Degenerate::Drop, "drop"), (Degenerate::Error, "error")]
+    }
+}
