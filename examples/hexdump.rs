@@ -35,7 +35,8 @@ pub fn one_triangle() -> Result<Vec<u8>, Box<dyn Error>> {
     };
     let point = Aabb { min: [0.0; 3], max: [0.0; 3] };
     let tree = Tree { nodes: vec![Node::leaf(mesh.triangle_box(0), 0, 1), Node::leaf(point, 0, 0)], refs: vec![0] };
-    let image = Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::current())?;
+    let image =
+        Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::current())?;
     let meta = Meta {
         tool: "bvhc".into(),
         tool_version: "0.1.0".into(),

@@ -9,7 +9,7 @@ use crate::cache::{self, CacheError, Image, Meta, View, WriteOptions, WriteSumma
 use crate::exec::Executor;
 use crate::geom::{Affine, Point, Ray};
 use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, Scene, SceneError};
-use crate::trace::{Hit, Malformed, closest_hit, any_hit};
+use crate::trace::{Hit, Malformed, any_hit, closest_hit};
 use std::path::Path;
 
 /// A build before it runs: what is built, how, and on how many threads.
@@ -147,11 +147,8 @@ impl Build {
     pub fn run_on(self, exec: Executor, progress: &dyn Progress) -> Result<Built, BuildError> {
         let Build { scene, options, .. } = self;
         let method = options.method;
-        let recipe = Recipe {
-            method: method.to_string(),
-            builder_revision: method.revision(),
-            options: options.effective(),
-        };
+        let recipe =
+            Recipe { method: method.to_string(), builder_revision: method.revision(), options: options.effective() };
         let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
         let accel = build::compile(scene, &options, &exec, progress)?;
         let image = Image::new(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;

@@ -19,7 +19,8 @@ fn image(scene: &Scene) -> Image {
     Image::new(
         &compile(scene.clone(), &BuildOptions::preset(Preset::Best), &exec, &NoProgress).expect("a tree"),
         &Executor::current(),
-    ).unwrap()
+    )
+    .unwrap()
 }
 
 fn report(scene: &Scene) -> Report {

@@ -5,7 +5,7 @@ use bvhc::build::{
     primitives_to_build,
 };
 use bvhc::geom::{Aabb, Affine};
-use bvhc::scene::{Instance, Mesh, Part, Scene};
+use bvhc::scene::{GeometryError, Instance, Mesh, Part, Scene};
 use bvhc::tree::Accel;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -138,7 +138,10 @@ fn what_cannot_be_placed_is_refused() {
     assert_eq!(far(Levels::One).unwrap_err(), BuildError::OutOfRange { instance: 0, mesh: 0 });
     assert_eq!(far(Levels::Two).unwrap_err(), BuildError::OutOfRange { instance: 0, mesh: 0 });
     let stray = run(scene(vec![strip("a", 3)], vec![place(4, 1, shift(0.0))]), Levels::Auto);
-    assert_eq!(stray.unwrap_err(), BuildError::MeshIndex { instance: 0, mesh: 4, meshes: 1 });
+    assert_eq!(
+        stray.unwrap_err(),
+        BuildError::Geometry(GeometryError::MeshOutOfRange { instance: 0, mesh: 4, meshes: 1 })
+    );
     let bad = BuildOptions { bins: 0, ..options(Levels::Auto) };
     let refused = compile(Scene::default(), &bad, &Executor::sequential(), &NoProgress);
     assert!(matches!(refused, Err(BuildError::Option { option: "bins", .. })));

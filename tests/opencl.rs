@@ -29,7 +29,8 @@ fn build(scene: &Scene, method: Method, levels: Levels) -> Image {
     Image::new(
         &compile(scene.clone(), &options, &Executor::new(0).expect("threads"), &NoProgress).expect("a tree"),
         &Executor::current(),
-    ).unwrap()
+    )
+    .unwrap()
 }
 
 /// Rays of every set.

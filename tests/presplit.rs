@@ -36,7 +36,8 @@ fn build(mesh: &Mesh, options: &BuildOptions, jobs: usize) -> Tree {
 }
 
 fn image_of(mesh: &Mesh, tree: Tree) -> Image {
-    Image::new(&Accel { meshes: vec![mesh.clone()], blases: vec![tree], ..Accel::default() }, &Executor::current()).unwrap()
+    Image::new(&Accel { meshes: vec![mesh.clone()], blases: vec![tree], ..Accel::default() }, &Executor::current())
+        .unwrap()
 }
 
 fn needles(count: usize, extent: f64) -> Vec<Corners> {

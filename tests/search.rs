@@ -74,8 +74,11 @@ fn tiny_degenerate_and_hostile_meshes_get_sound_trees() {
             if count > 0 {
                 let scene = scene_of(mesh.clone());
                 let accel = compile(scene, &options, &Executor::sequential(), &NoProgress).unwrap();
-                let checked =
-                    check_image(&Image::new(&accel, &Executor::current()).unwrap(), &Limits::default(), &Executor::current());
+                let checked = check_image(
+                    &Image::new(&accel, &Executor::current()).unwrap(),
+                    &Limits::default(),
+                    &Executor::current(),
+                );
                 assert!(checked.is_valid(), "{name}: {:?}", checked.findings);
             }
         }
@@ -187,7 +190,8 @@ fn long_adaptation_spares_rays_work_in_real_buildings() {
         let exec = Executor::new(0).unwrap();
         let [without, with] = [0, 4096].map(|adapt| {
             let options = BuildOptions { adapt, ..base.clone() };
-            Image::of_tree(mesh, &decide_tree(mesh, &options, &exec, &NoProgress).unwrap().0, &Executor::current()).unwrap()
+            Image::of_tree(mesh, &decide_tree(mesh, &options, &exec, &NoProgress).unwrap().0, &Executor::current())
+                .unwrap()
         });
         let cameras = Camera::around(&without.view());
         let rays = ProbeRays::around(&without.view(), &cameras, 1 << 14);

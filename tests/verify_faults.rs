@@ -22,7 +22,8 @@ fn build(scene: &Scene) -> Image {
     Image::new(
         &compile(scene.clone(), &options, &Executor::new(0).expect("threads"), &NoProgress).expect("a tree"),
         &Executor::current(),
-    ).unwrap()
+    )
+    .unwrap()
 }
 
 /// Written and opened again, with hashes that agree: the container cannot tell.

@@ -17,7 +17,8 @@ fn verify(scene: &Scene, method: Method, rays: u64) -> Outcome {
     let options = BuildOptions { method, levels, ..BuildOptions::preset(Preset::Best) };
     let exec = Executor::new(0).expect("threads");
     let image =
-        Image::new(&compile(scene.clone(), &options, &exec, &NoProgress).expect("a tree"), &Executor::current()).unwrap();
+        Image::new(&compile(scene.clone(), &options, &exec, &NoProgress).expect("a tree"), &Executor::current())
+            .unwrap();
     let subject = Subject::new(image.view(), scene);
     let plan = Plan { rays, oracle_work: Plan::ORACLE_WORK / 10, ..Plan::default() };
     run(&subject, &mut Cpu::new(image.view()), &mut others(image.view()), &plan, &NoProgress).expect("a verdict")

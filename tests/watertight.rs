@@ -20,7 +20,8 @@ fn assert_tight(name: &str, mesh: &Mesh, rays: u64) {
         let image = Image::new(
             &compile(scene_of(mesh.clone()), &options, &exec, &NoProgress).expect("a tree"),
             &Executor::current(),
-        ).unwrap();
+        )
+        .unwrap();
         let found = escapes(&mut Cpu::new(image.view()), mesh, &eyes, share, 1).expect("a walk");
         println!("{name}, {label}: {} rays at edges and vertices, {} escaped", found.rays, found.escaped);
         assert_eq!((found.rays, found.escaped), (share, 0), "{name}, {label}: {:?}", found.first);

@@ -1,30 +1,93 @@
-/// Why a build ended without a result.
+use crate::exec::ThreadsError;
+use crate::scene::GeometryError;
+
+/// Why a build ended without a result: data, which a program puts into its own words. The texts name no flag of the command line.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BuildError {
-    #[error("The build was cancelled.")]
+    /// [`Progress::is_cancelled`](super::Progress::is_cancelled) said so.
+    #[error("the build was cancelled")]
     Cancelled,
+    /// The geometry breaks what every build relies on. No scene that the readers made does.
+    #[error("cannot build: {0}")]
+    Geometry(#[from] GeometryError),
     /// 32-bit indices do not reach further.
-    #[error("Cannot build {what}: it would hold {needed}, and the limit is {limit}.\nhelp: {help}")]
-    TooLarge { what: &'static str, needed: u64, limit: u64, help: &'static str },
-    #[error("Cannot build with {option} {value}: {rule}.\nhelp: {help}")]
-    Option { option: &'static str, value: String, rule: String, help: String },
+    #[error("cannot build {what}: it would hold {needed}, and the limit is {limit}")]
+    TooLarge {
+        /// What is counted, and in which tree.
+        what: &'static str,
+        /// How many there would be.
+        needed: u64,
+        /// How many there may be.
+        limit: u64,
+        /// What avoids it.
+        remedy: Remedy,
+    },
+    /// An option's value is outside of its range, or set twice.
+    #[error("cannot build with {option} {value}: {rule}")]
+    Option {
+        /// Name of the option, as [`OPTIONS`](super::OPTIONS) has it.
+        option: &'static str,
+        /// The refused value.
+        value: String,
+        /// What the option takes.
+        rule: String,
+        /// A value that is taken; `None` where the value is sound but stands there twice.
+        default: Option<String>,
+    },
     /// The value would be ignored.
+    #[error("cannot build with {option} {value}: method {method} does not read it; {option} is read by {readers}")]
+    NotRead {
+        /// Name of the option.
+        option: &'static str,
+        /// The value that it was given.
+        value: String,
+        /// The method that ignores it.
+        method: &'static str,
+        /// The methods that read it.
+        readers: String,
+    },
+    /// A name that is none of a list.
+    #[error("cannot build: there is no {kind} named {name}, only {choices}")]
+    UnknownName {
+        /// What is named: a method, a preset.
+        kind: &'static str,
+        /// The unknown name.
+        name: String,
+        /// The known names.
+        choices: String,
+        /// The known name that was most likely meant.
+        nearest: Option<String>,
+    },
+    /// An instance lies where 32-bit floats do not reach.
     #[error(
-        "Cannot build with {option} {value}: method {method} does not read it.\n\
-         {option} is read by {readers}.\nhelp: Choose a method that reads it, or leave {option} out."
+        "cannot place instance {instance} of mesh {mesh}: in world space it reaches beyond {limit:e}, the range of a 32-bit float",
+        limit = f32::MAX
     )]
-    NotRead { option: &'static str, value: String, method: &'static str, readers: String },
-    #[error("Cannot build: there is no {kind} named {name}, only {choices}.\nhelp: {help}")]
-    UnknownName { kind: &'static str, name: String, choices: String, help: String },
-    /// Only a scene that no reader made can have this.
-    #[error(
-        "Cannot build: instance {instance} names mesh {mesh}, but the scene has {meshes} meshes, numbered from 0.\n\
-         help: Read the scene with the scene readers, or correct the index."
-    )]
-    MeshIndex { instance: usize, mesh: u32, meshes: usize },
-    #[error(
-        "Cannot place instance {instance} of mesh {mesh}: in world space it reaches beyond {limit:e}, the range of a 32-bit float.\n\
-         help: Scale the scene down."
-    , limit = f32::MAX)]
-    OutOfRange { instance: usize, mesh: u32 },
+    OutOfRange {
+        /// The instance.
+        instance: usize,
+        /// Its mesh.
+        mesh: u32,
+    },
+    /// The operating system refused to start threads.
+    #[error(transparent)]
+    Threads(#[from] ThreadsError),
+    /// What was built cannot be laid out as the file's records.
+    #[error("cannot lay out the trees: {0}")]
+    Layout(String),
+}
+
+/// What avoids a limit: a program says how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// Build by [`Method::Bonsai`](super::Method::Bonsai), which has no such limit.
+    Bonsai,
+    /// Keep meshes and instances apart: [`Levels::Two`](super::Levels::Two).
+    TwoLevels,
+    /// [`Levels::Two`](super::Levels::Two), or a smaller `split_budget`.
+    TwoLevelsOrFewerDuplicates,
+    /// Several files.
+    SplitScene,
 }

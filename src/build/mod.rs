@@ -29,7 +29,7 @@ pub use crate::exec::Executor;
 pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
 pub use compile::{LaidOut, MAX_INSTANCES, bytes_to_reserve, compile, lay_out, primitives_to_build, tlas};
 pub use cost::Sah;
-pub use error::BuildError;
+pub use error::{BuildError, Remedy};
 pub use prim_ref::{PrimRef, PrimRefs};
 pub use progress::{NoProgress, Progress};
 pub use recipe::names::{Named, nearest};
@@ -48,12 +48,16 @@ use crate::scene::Mesh;
 use crate::tree::Tree;
 
 /// One mesh's tree by the method that the options name.
+///
+/// # Errors
+/// Where the mesh breaks what [`Mesh::validate`] asks for, an option is out of its range, or the tree would be too large.
 pub fn build_tree(
     mesh: &Mesh,
     options: &BuildOptions,
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Tree, BuildError> {
+    mesh.validate(0, exec)?;
     decide_tree(mesh, options, exec, progress).map(|(tree, _)| tree)
 }
 

@@ -1,4 +1,4 @@
-use super::{CacheError, BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, View, clip_name, tree_flags};
+use super::{BlasRecord, CacheError, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, View, clip_name, tree_flags};
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::Mesh;

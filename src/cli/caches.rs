@@ -5,7 +5,7 @@ use super::exit::Exit;
 use super::failure::Failure;
 use super::figures;
 use super::names;
-use crate::build::{self, BuildError, BuildOptions, Levels, Named};
+use crate::build::{self, BuildError, BuildOptions, Levels, Named, Remedy};
 use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, Meta, OpenOptions, Validation};
 use crate::scene::{self, Degenerate, ReadOptions, Scene, SceneError};
 use std::path::{Path, PathBuf};
@@ -126,7 +126,28 @@ pub fn build_failure(error: &BuildError) -> Failure {
         BuildError::TooLarge { .. } => Exit::Limit,
         BuildError::Option { .. } | BuildError::NotRead { .. } | BuildError::UnknownName { .. } => Exit::Usage,
         BuildError::OutOfRange { .. } => Exit::Model,
-        BuildError::MeshIndex { .. } => Exit::Internal,
+        BuildError::Threads(_) => Exit::Io,
+        _ => Exit::Internal,
     };
-    Failure::from_message(exit, &error.to_string())
+    let failure = Failure::new(exit, error.to_string());
+    match error {
+        BuildError::TooLarge { remedy, .. } => failure.help(match remedy {
+            Remedy::Bonsai => "build it with --method bonsai",
+            Remedy::TwoLevels => "keep meshes and instances apart with --levels two",
+            Remedy::TwoLevelsOrFewerDuplicates => {
+                "keep instances apart with --levels two, or allow fewer duplicates with --split-budget 1"
+            }
+            Remedy::SplitScene => "split the scene into several models",
+        }),
+        BuildError::Option { default: Some(value), .. } => failure.help(format!("take {value}, the default")),
+        BuildError::Option { .. } => failure.help("set it once"),
+        BuildError::NotRead { option, .. } => {
+            failure.help(format!("choose a method that reads it, or leave {option} out"))
+        }
+        BuildError::UnknownName { nearest: Some(name), .. } => failure.help(format!("did you mean {name}?")),
+        BuildError::UnknownName { .. } => failure.help("take one of those"),
+        BuildError::OutOfRange { .. } => failure.help("scale the scene down"),
+        BuildError::Threads(_) => failure.help("ask for fewer with --jobs"),
+        _ => failure,
+    }
 }

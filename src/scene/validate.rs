@@ -102,7 +102,10 @@ impl fmt::Display for GeometryError {
                 "the parts of mesh {mesh} must cover its triangles in order: at part {part}, {expected} is expected and {found} stated"
             ),
             GeometryError::SourcePrims { mesh, triangles, numbers } => {
-                write!(f, "mesh {mesh} has {triangles} triangles and {numbers} source numbers; it must have as many, or none")
+                write!(
+                    f,
+                    "mesh {mesh} has {triangles} triangles and {numbers} source numbers; it must have as many, or none"
+                )
             }
             GeometryError::SourceNumber { mesh, triangle, number } => write!(
                 f,

@@ -57,8 +57,10 @@ mod tests {
         let mesh = Mesh { positions, triangles, parts: vec![part(0), part(100)], ..Mesh::default() };
         let options = BuildOptions::preset(Preset::Balanced);
         let tree = build_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
-        let (lent, image) =
-            (Lent::new(&mesh, &tree, &Executor::sequential()), Image::of_tree(&mesh, &tree, &Executor::sequential()).unwrap());
+        let (lent, image) = (
+            Lent::new(&mesh, &tree, &Executor::sequential()),
+            Image::of_tree(&mesh, &tree, &Executor::sequential()).unwrap(),
+        );
         let mut hits = 0;
         for i in 0..500u32 {
             let ray = Ray::new([i % 5, i % 3, i % 17].map(|c| c as f32 * 0.37), [1.0, (i % 9) as f32 - 4.0, 0.3]);

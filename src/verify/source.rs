@@ -87,7 +87,8 @@ mod tests {
         Image::new(
             &compile(scene.clone(), &options, &Executor::sequential(), &NoProgress).expect("a tree"),
             &Executor::sequential(),
-        ).unwrap()
+        )
+        .unwrap()
     }
 
     #[test]

@@ -127,7 +127,8 @@ mod tests {
         Image::new(
             &compile(scene.clone(), &options, &Executor::sequential(), &NoProgress).expect("a tree"),
             &Executor::sequential(),
-        ).unwrap()
+        )
+        .unwrap()
     }
 
     fn stored(image: &Image) -> Result<Scene, NotAScene> {

@@ -43,7 +43,8 @@ pub fn two_instances() -> Image {
     Image::new(
         &Accel { meshes: vec![mesh], blases: vec![tree], tlas, instances, ..Accel::default() },
         &Executor::current(),
-    ).unwrap()
+    )
+    .unwrap()
 }
 
 pub fn empty() -> Image {

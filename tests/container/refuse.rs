@@ -231,7 +231,9 @@ fn section_rules() {
 fn every_flipped_bit_is_found() {
     for image in [one_triangle(), two_instances()] {
         for codec in [Codec::Raw, Codec::Zstd { level: 3 }] {
-            let file = to_bytes(&image, &meta(), &WriteOptions { codec, ..WriteOptions::default() }, &Executor::current()).unwrap();
+            let file =
+                to_bytes(&image, &meta(), &WriteOptions { codec, ..WriteOptions::default() }, &Executor::current())
+                    .unwrap();
             for bit in 0..file.len() * 8 {
                 let mut damaged = file.clone();
                 damaged[bit / 8] ^= 1 << (bit % 8);
@@ -251,7 +253,8 @@ fn memory_is_claimed_only_within_the_limit() {
     let mut image = one_triangle();
     image.triangles.resize(100_000, image.triangles[0]);
     let file =
-        to_bytes(&image, &meta(), &WriteOptions { codec: Codec::Zstd { level: 3 }, check: true }, &Executor::current()).unwrap();
+        to_bytes(&image, &meta(), &WriteOptions { codec: Codec::Zstd { level: 3 }, check: true }, &Executor::current())
+            .unwrap();
     let small = OpenOptions { max_memory: 1 << 20, ..quick() };
     assert_eq!(Cache::from_bytes(&file, &small).unwrap_err().kind(), ErrorKind::Limit);
 

@@ -18,7 +18,7 @@ mod morton;
 mod window;
 
 use super::cost::Sah;
-use super::error::BuildError;
+use super::error::{BuildError, Remedy};
 use super::prim_ref::PrimRefs;
 use super::progress::Progress;
 use super::recipe::options::BuildOptions;
@@ -73,6 +73,6 @@ fn check_numbers(references: u64) -> Result<(), BuildError> {
         what: "one agglomerative tree (references)",
         needed: references,
         limit: levels::MOST_REFS,
-        help: "Build it with --method bonsai.",
+        remedy: Remedy::Bonsai,
     })
 }

@@ -1,6 +1,6 @@
 //! One level: every instance's triangles in one mesh, in world space.
 
-use crate::build::error::BuildError;
+use crate::build::error::{BuildError, Remedy};
 use crate::build::top_down::driver::MAX_REFS;
 use crate::exec::Executor;
 use crate::geom::{Affine, Point};
@@ -28,12 +28,7 @@ pub(super) fn bake(mut meshes: Vec<Mesh>, instances: &[Instance], exec: &Executo
         ("one mesh of all instances (positions)", positions, u64::from(u32::MAX)),
     ] {
         if needed > limit {
-            return Err(BuildError::TooLarge {
-                what,
-                needed,
-                limit,
-                help: "Keep meshes and instances apart with --levels two.",
-            });
+            return Err(BuildError::TooLarge { what, needed, limit, remedy: Remedy::TwoLevels });
         }
     }
 

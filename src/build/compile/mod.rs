@@ -6,7 +6,7 @@ pub mod tlas;
 use self::bake::bake;
 use crate::build::agglomerative;
 use crate::build::decide_tree;
-use crate::build::error::BuildError;
+use crate::build::error::{BuildError, Remedy};
 use crate::build::presplit;
 use crate::build::prim_ref::PrimRef;
 use crate::build::progress::Progress;
@@ -98,7 +98,8 @@ pub struct LaidOut {
 /// [`compile`] without the trees: what a file of this scene holds, to build over or to compare a file with.
 pub fn lay_out(scene: Scene, options: &BuildOptions, exec: &Executor) -> Result<LaidOut, BuildError> {
     let plan = plan(&scene, options);
-    let (meshes, instances) = keep_visible(scene)?;
+    scene.validate(exec)?;
+    let (meshes, instances) = keep_visible(scene);
     match plan {
         _ if instances.is_empty() => Ok(LaidOut::default()),
         Plan::One => {
@@ -141,11 +142,8 @@ fn used_meshes(scene: &Scene) -> Vec<bool> {
 }
 
 /// The meshes that some instance shows, the instances that show something, and both renumbered to each other.
-fn keep_visible(scene: Scene) -> Result<(Vec<Mesh>, Vec<Instance>), BuildError> {
+fn keep_visible(scene: Scene) -> (Vec<Mesh>, Vec<Instance>) {
     let count = scene.meshes.len();
-    if let Some((instance, i)) = scene.instances.iter().enumerate().find(|(_, i)| i.mesh as usize >= count) {
-        return Err(BuildError::MeshIndex { instance, mesh: i.mesh, meshes: count });
-    }
     let used = used_meshes(&scene);
     let mut renumbered = vec![None; count];
     let mut meshes = Vec::new();
@@ -161,7 +159,7 @@ fn keep_visible(scene: Scene) -> Result<(Vec<Mesh>, Vec<Instance>), BuildError> 
         .into_iter()
         .filter_map(|i| renumbered[i.mesh as usize].map(|mesh| Instance { mesh, ..i }))
         .collect();
-    Ok((meshes, instances))
+    (meshes, instances)
 }
 
 /// A mesh made by hand may name no parts; the file's tables want every triangle in one.
@@ -198,7 +196,7 @@ fn two_levels(
             what: "a tree over the instances",
             needed,
             limit: MAX_INSTANCES,
-            help: "Split the scene into several files.",
+            remedy: Remedy::SplitScene,
         });
     }
 

@@ -118,12 +118,7 @@ impl OptionInfo {
     /// What is said of a value that is none of this option's.
     pub(super) fn refusal(&self, value: String) -> BuildError {
         let (option, rule) = (self.name, self.kind.rule());
-        BuildError::Option {
-            option,
-            value,
-            rule,
-            help: format!("Take {}, the default.", self.default_in(Preset::Auto)),
-        }
+        BuildError::Option { option, value, rule, default: Some(self.default_in(Preset::Auto).to_string()) }
     }
 
     /// Whether the build key names this option of these options, which the method must read.

@@ -69,7 +69,7 @@ impl BuildOptions {
                     option: setting.option.name,
                     value: setting.value.clone(),
                     rule: format!("it is set to {} already", earlier.value),
-                    help: "Set it once.".to_string(),
+                    default: None,
                 });
             }
             setting.option.set(&mut options, &setting.value)?;

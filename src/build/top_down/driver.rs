@@ -8,7 +8,7 @@
 use super::output::{Branch, Grown, Piece};
 use super::range::{Range, Splitter};
 use super::strategy::{Child, Decision, NodeTask, Strategy};
-use crate::build::error::BuildError;
+use crate::build::error::{BuildError, Remedy};
 use crate::build::prim_ref::PrimRefs;
 use crate::build::progress::Progress;
 use crate::exec::Executor;
@@ -58,7 +58,7 @@ pub fn check_slots(slots: usize) -> Result<(), BuildError> {
         what: "one tree (references)",
         needed: slots as u64,
         limit: MAX_REFS,
-        help: "Keep instances apart with --levels two, or allow fewer duplicates with --split-budget 1.",
+        remedy: Remedy::TwoLevelsOrFewerDuplicates,
     })
 }
 

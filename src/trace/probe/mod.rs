@@ -127,7 +127,8 @@ mod tests {
         let parts = vec![Part { triangle_count: 12, prim_count: 12, ..Part::default() }];
         let mesh = Mesh { positions, triangles, parts, ..Mesh::default() };
         let tree = build_tree(&mesh, options, &Executor::sequential(), &NoProgress).unwrap();
-        Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::sequential()).unwrap()
+        Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::sequential())
+            .unwrap()
     }
 
     #[test]

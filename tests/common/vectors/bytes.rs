@@ -8,7 +8,8 @@ use super::scenes;
 
 /// The file of an image, with every vector's META.
 pub fn file(image: &Image) -> Vec<u8> {
-    to_bytes(image, &scenes::meta(), &WriteOptions { check: false, ..WriteOptions::default() }, &Executor::current()).unwrap()
+    to_bytes(image, &scenes::meta(), &WriteOptions { check: false, ..WriteOptions::default() }, &Executor::current())
+        .unwrap()
 }
 
 pub fn header(file: &[u8]) -> Header {

@@ -31,6 +31,11 @@ impl Affine {
         Affine { rows }
     }
 
+    /// A move without rotation or scale.
+    pub const fn translation([x, y, z]: [f64; 3]) -> Affine {
+        Affine { rows: [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]] }
+    }
+
     #[inline]
     pub fn determinant(&self) -> f64 {
         let [a, b, c] = &self.rows;
