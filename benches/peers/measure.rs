@@ -134,7 +134,8 @@ fn ours(mesh: &Mesh, recipe: &Recipe, threads: usize) -> (f64, Tree) {
 fn judge(scene: &Scene, mesh: &Mesh, entries: Vec<Entry>, effort: Effort) -> Measured {
     let exec = Executor::new(0).expect("threads");
     let image_of = |tree: Tree| {
-        Image::new(&Accel { meshes: vec![mesh.clone()], blases: vec![tree], ..Accel::default() }, &Executor::current())?
+        Image::new(&Accel { meshes: vec![mesh.clone()], blases: vec![tree], ..Accel::default() }, &exec)
+            .expect("a tree over its own mesh")
     };
 
     // The rays come from a tree of our own, so that they depend on no choice of recipes.

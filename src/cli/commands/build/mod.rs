@@ -12,6 +12,7 @@ mod plan;
 use crate::cache::Codec;
 use crate::cache::keys::Recipe;
 use crate::cli::Context;
+use crate::cli::caches;
 use crate::cli::depfile;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
