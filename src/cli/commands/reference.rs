@@ -3,8 +3,8 @@
 //! A block in a Markdown file stands between `<!-- generated: NAME -->` and `<!-- end generated -->`. `--update FILE` writes
 //! every block anew; `--check FILE` exits with 1 if one differs.
 
-use super::build::options::preset_lines;
-use crate::build::{METHODS, OPTIONS};
+use super::build::options::{listing, preset_lines};
+use crate::build::{METHODS, OPTIONS, Spelling};
 use crate::cli::Context;
 use crate::cli::exit::{self, Exit};
 use crate::cli::failure::Failure;
@@ -54,6 +54,7 @@ pub fn blocks() -> Vec<(&'static str, String)> {
         ("methods", methods()),
         ("options", options()),
         ("presets", presets()),
+        ("tree-options", tree_options()),
     ]
 }
 
@@ -87,13 +88,18 @@ fn commands() -> String {
     text
 }
 
-/// The flags of `build`, in the order of its help.
+/// The flags of `build`, in the order of its help, but for those of the table of options.
 fn options() -> String {
     let mut text = String::from("| flag | default | meaning |\n|---|---|---|\n");
     let command = crate::cli::command();
     let Some(build) = command.find_subcommand("build") else { return text };
-    for arg in build.get_arguments().filter(|a| !a.is_hide_set()) {
-        let Some(long) = arg.get_long() else { continue };
+    let in_table = |name: &str| OPTIONS.iter().any(|row| row.name == name);
+    for arg in build.get_arguments().filter(|a| !a.is_hide_set() && !in_table(a.get_id().as_str())) {
+        let short = arg.get_short().map(|c| format!("-{c}"));
+        let names: Vec<String> = short.into_iter().chain(arg.get_long().map(|long| format!("--{long}"))).collect();
+        if names.is_empty() {
+            continue;
+        }
         let values: Vec<String> = arg.get_possible_values().iter().map(|v| v.get_name().to_string()).collect();
         let takes = arg.get_action().takes_values();
         let value = match arg.get_value_names() {
@@ -102,11 +108,24 @@ fn options() -> String {
             Some(names) => format!(" {}", names.join(" ").replace('|', "\\|")),
             None => String::new(),
         };
-        let short = arg.get_short().map_or_else(String::new, |c| format!("`-{c}`, "));
         let default = arg.get_default_values().iter().map(|v| v.to_string_lossy()).collect::<Vec<_>>().join(" ");
         let default = if takes { default } else { String::new() };
         let help = arg.get_help().map(ToString::to_string).unwrap_or_default().replace('|', "\\|");
-        text.push_str(&format!("| {short}`--{long}{value}` | {default} | {help} |\n"));
+        text.push_str(&format!("| `{}{value}` | {default} | {help} |\n", names.join("`, `")));
+    }
+    text
+}
+
+/// The table of options.
+fn tree_options() -> String {
+    let mut text = String::from("| option | values | default | meaning |\n|---|---|---|---|\n");
+    for row in OPTIONS {
+        let typed = match row.spelling {
+            Spelling::Flag => format!("--{}", row.name),
+            Spelling::Setting => format!("-O {}=", row.name),
+        };
+        let (range, defaults) = (row.kind.range(), listing::defaults(row));
+        text.push_str(&format!("| `{typed}` | {range} | {defaults} | {}. {} |\n", row.help, row.details));
     }
     text
 }
