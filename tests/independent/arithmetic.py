@@ -11,9 +11,10 @@ F64_SLACK = 2.0**-44
 
 def half_ulp(values):
     """Half of the distance between the f32 numbers around each f64 number: the most that one rounding moves it."""
-    _, exponent = np.frexp(np.abs(values))
-    # frexp gives [0.5, 1) times a power of two; below 2**-126 the distance stays that of the smallest numbers.
-    return np.ldexp(0.5, np.maximum(exponent - 24, -149))
+    _, exponent = np.frexp(values)
+    # frexp gives [0.5, 1) times a power of two, and 0 for zero; below 2**-126 the distance stays that of the smallest numbers.
+    exponent = np.where(values == 0, -149, np.maximum(exponent - 24, -149))
+    return np.ldexp(0.5, exponent)
 
 
 def rounded(values):
