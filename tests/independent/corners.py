@@ -4,6 +4,7 @@
 Nothing here says what is right: the second reader does, and `selftest.py` holds it against answers that were worked out by hand.
 """
 
+import base64
 import os
 import sys
 
@@ -78,6 +79,10 @@ def accessors():
         for indices in (None, [6, 2, 3, 1, 0, 4, 4, 5]):
             g = Gltf()
             yield name + ("" if indices is None else "_indexed"), g.show(g.node(mesh=g.mesh(g.primitive(square, indices, mode))))
+        g = Gltf()
+        g.show(g.node(mesh=g.mesh(g.primitive(square, [0, 1, 2, 3, 255, 4, 255, 255, 6, 5, 1, 0, 2], mode, "u1"), g.primitive(square))))
+        yield name + "_restarted", g
+        yield name + "_restart_required", g.require("KHR_mesh_primitive_restart")
     g = Gltf()
     yield "not_indexed", g.show(g.node(mesh=g.mesh(g.primitive(square[:6]))))
     g = Gltf()
@@ -137,7 +142,6 @@ def write_references(folder):
     raw = bytes(g.data)
     os.makedirs(os.path.join(folder, "sub folder"), exist_ok=True)
     percent = "".join("%%%02X" % b for b in raw)
-    import base64
     encoded = base64.b64encode(raw).decode()
     references = {
         "data_percent": ("data:," + percent, None), "data_typed": ("data:application/gltf-buffer;base64," + encoded, None),

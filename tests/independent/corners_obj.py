@@ -27,6 +27,7 @@ def texts():
     yield "continued", "v 0 0 \\\n0\nv 1 0 0\nv 1 \\\n1 \\\n0\nv 0 1 0\nf 1 2 \\\n3 4\n"
     yield "negative", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 5 5\nf -4 2 -1\nf 1/-1 2/-2/-3 -1//1\nvt 0 0\n"
     yield "corner_forms", SQUARE + "vt 0 0\nvn 0 0 1\nf 1/1 2/1 3/1\nf 1//1 3//1 4//1\nf 1/1/1 2/1/1 4/1/1\nf 1/ 2/ 3/\n"
+    yield "old_faces", SQUARE + "fo 1 2 3\nf 1 3 4\n"
     yield "colours", "v 0 0 0 0.1 0.2 0.3\nv 1 0 0 1 1 1\nv 0 1 0 0 0 0\nf 1 2 3\n"
     yield "weight_one", "v 0 0 0 1\nv 1 0 0 1.0\nv 0 1 0 1\nf 1 2 3\n"
     yield "weights", "v 2 0 0 2\nv 1 0 0 0.5\nv 0 1 0 0.25\nf 1 2 3\n"

@@ -18,7 +18,9 @@ COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 # What places no triangle may be required and left unread. Anything else that is required must be understood [3.12].
-UNDERSTOOD = {"KHR_mesh_quantization", "EXT_mesh_gpu_instancing"}
+UNDERSTOOD = {"KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_mesh_primitive_restart"}
+# Those of them that another reader may refuse by name.
+NEED_NOT_BE_KNOWN = {"KHR_mesh_primitive_restart"}
 HARMLESS_PREFIXES = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "EXT_lights_")
 HARMLESS = {
     "KHR_animation_pointer", "KHR_xmp", "KHR_xmp_json_ld", "EXT_mesh_features", "EXT_structural_metadata", "EXT_instance_features",
@@ -52,6 +54,8 @@ class Document:
         for name in self.list(self.json, "extensionsRequired"):
             if not (isinstance(name, str) and required_is_known(name)):
                 raise Unsupported("it requires the extension %s" % name)
+            if name in NEED_NOT_BE_KNOWN:
+                self.model.fault("it requires the extension %s, which a reader need not know" % name)
         self.buffers = {}
         self.check_required()
 

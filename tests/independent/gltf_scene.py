@@ -136,17 +136,27 @@ class Scene:
         positions = self.document.floats(self.document.integer(attributes["POSITION"], "POSITION"), ("VEC3",))
         if item.get("indices") is None:
             order = np.arange(len(positions), dtype=np.int64)
+            pieces = [order]
         else:
             order, highest = self.document.indices(self.document.integer(item["indices"], "indices"))
+            pieces = self.pieces(order, highest, mode, what)
+            order = order if len(pieces) == 1 else np.concatenate(pieces)
             if len(order) and order.max() >= len(positions):
                 raise Refused("%s uses vertex %d of %d" % (what, order.max(), len(positions)))
-            if len(order) and order.max() == highest:
-                # The largest value would restart strips [3.7.2.1], so that it must not stand there.
-                self.model.fault("%s uses index %d" % (what, highest))
-        corners = topology(order, mode)
+        corners = np.concatenate([topology(piece, mode) for piece in pieces])
         if mode == TRIANGLES and len(order) % 3 or len(order) < 3:
             self.model.fault("%s has %d corners" % (what, len(order)))
         return item, positions, corners
+
+    def pieces(self, order, highest, mode, what):
+        """The largest index of a type must not stand there, since graphics interfaces begin a new strip or fan at it [3.7.2.1]."""
+        at = np.flatnonzero(order == highest)
+        if not len(at):
+            return [order]
+        self.model.fault("%s has the index %d, which restarts strips" % (what, highest))
+        if mode == TRIANGLES:
+            return [order]
+        return [piece[piece != highest] for piece in np.split(order, at)]
 
     def refuse_compressed(self, item, position, what):
         """Compressed data may have plain ones beside them [KHR_draco_mesh_compression]; without those there is nothing to read."""

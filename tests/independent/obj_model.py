@@ -1,6 +1,6 @@
 """Wavefront OBJ, read by the format's description ("Object Files (.obj)", Advanced Visualizer, appendix B1).
 
-Statements other than v, f, o, g and usemtl place no triangle. Numbers are read as f64. What the description leaves open is said where
+Statements other than v, f, o, g and usemtl place no triangle, but for fo, which older files have for f. Numbers are read as f64. What the description leaves open is said where
 it is decided.
 """
 
@@ -26,7 +26,7 @@ def read(data):
         key, _, rest = line.partition(b" ")
         if key == b"v":
             vertices.append(rest)
-        elif key == b"f":
+        elif key in (b"f", b"fo"):
             state.face(rest.split(), len(vertices), model)
         elif key == b"o":
             # Two objects of one name are two objects: the statement begins one.

@@ -42,6 +42,6 @@ for folder in "${BVHC_MODELS:-../shared/models}" "${BVHC_CASES:-../shared/cases}
     if [ -d "$folder" ]; then
         "$python" tests/independent/run.py --tool "$tool" "$@" "$folder"
     else
-        echo "SKIPPED: no folder $folder"
+        echo "SKIPPED: models of $folder: there is no such folder"
     fi
 done

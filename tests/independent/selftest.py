@@ -97,6 +97,12 @@ class GltfByHand(unittest.TestCase):
             g.show(g.node(mesh=g.mesh(g.primitive(corners, mode=mode))))
             self.shows(g, {(0, 0, 0, 0): [[corners[i] for i in t] for t in wanted]})
 
+    def test_the_largest_index_begins_a_new_strip(self):
+        g = Gltf()
+        corners = [[i, i * i, 0] for i in range(4)]
+        g.show(g.node(mesh=g.mesh(g.primitive(corners, [0, 1, 2, 255, 3, 2, 1, 0], 5, "u1"))))
+        self.shows(g, {(0, 0, 0, 0): [[corners[i] for i in t] for t in ((0, 1, 2), (3, 2, 1), (2, 0, 1))]})
+
     def test_normalised_integers(self):
         for kind, values, wanted in (("i1", [[-128, 127, 0]], (-1, 1, 0)), ("u1", [[255, 0, 51]], (1, 0, 0.2)), ("i2", [[-32768, 32767, 0]], (-1, 1, 0)), ("u2", [[65535, 0, 13107]], (1, 0, 0.2))):
             g = Gltf()
