@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Build every model at one level and at two, and let the second reader judge each cache.
 
-    run.py --tool BVHC [--scratch DIR] [--json FILE] [--jobs N] [-v] FOLDER_OR_MODEL…
+    run.py --tool BVHC [--scratch DIR] [--json FILE] [--jobs N] [-v] [--flag=--degenerate=keep] FOLDER_OR_MODEL…
 
 A model that the tool refuses must be one that the second reader refuses too, or finds a breach of the specification in. Prints one
 line for each model that differs (with -v for every one) and counts. Exit status: 0 all agree, 1 some differ, 2 usage.
@@ -114,11 +114,12 @@ def main():
     parser.add_argument("--scratch", help="folder for caches (default: a temporary one)")
     parser.add_argument("--json", metavar="FILE", help="write every record there")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--flag", action="append", default=[], help="pass this flag to every build, too")
     parser.add_argument("-v", "--verbose", action="store_true", help="a line for every model and level")
     arguments = parser.parse_args()
     jobs, counts, records, began = [], {}, [], time.time()
     with tempfile.TemporaryDirectory(dir=arguments.scratch) as scratch:
-        flags = flags_of(arguments.tool)
+        flags = flags_of(arguments.tool) + arguments.flag
         jobs = [(path, arguments.tool, scratch, flags) for path in find(arguments.paths)]
         # The largest models go first, so that no process is left alone with them at the end.
         jobs.sort(key=lambda job: -os.path.getsize(job[0]))

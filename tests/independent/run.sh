@@ -34,14 +34,20 @@ if [ -z "$tool" ]; then
     tool=target/release/bvhc
 fi
 
+status=0
+judge() {
+    "$python" tests/independent/run.py --tool "$tool" "$@" || status=1
+}
 "$python" tests/independent/selftest.py
 rm -rf "$work/corners"
 "$python" tests/independent/corners.py "$work/corners"
-"$python" tests/independent/run.py --tool "$tool" "$@" "$work/corners" samples
+judge "$@" "$work/corners" samples
+judge "$@" --flag=--degenerate=keep "$work/corners"
 for folder in "${BVHC_MODELS:-../shared/models}" "${BVHC_CASES:-../shared/cases}"; do
     if [ -d "$folder" ]; then
-        "$python" tests/independent/run.py --tool "$tool" "$@" "$folder"
+        judge "$@" "$folder"
     else
         echo "SKIPPED: models of $folder: there is no such folder"
     fi
 done
+exit $status
