@@ -88,6 +88,17 @@ if [ $quick = 0 ]; then
     else
         skip "the format tests: python3-venv or npm is missing"
     fi
+    if python3 -c 'import venv, ensurepip' >/dev/null 2>&1; then
+        status=0
+        part "the independent reading: a second reader of OBJ and glTF" env BVHC_TOOL=target/release/bvhc tests/independent/run.sh || status=$?
+        if [ $status = 77 ]; then
+            skip "the independent reading: its packages could not be installed, see above"
+        elif [ $status != 0 ]; then
+            exit $status
+        fi
+    else
+        skip "the independent reading: python3-venv is missing"
+    fi
     if ls benches/*.rs >/dev/null 2>&1; then
         for bench in benches/*.rs; do
             bench=$(basename "$bench" .rs)

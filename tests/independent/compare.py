@@ -1,0 +1,265 @@
+#!/usr/bin/env python3
+"""Does a cache hold what the model says? The second reader of this folder judges, in f64.
+
+    compare.py MODEL CACHE [--json]
+
+Every triangle must be there under its mesh, part and number, each corner at most half a unit in the last place of the stored numbers away
+from where the specification puts it; what is not there must be what the policy leaves out, and must have been counted.
+Prints one line. Exit status: 0 they agree, 1 they differ, 2 usage, 3 a file cannot be read, 4 the second reader refuses the model.
+"""
+
+import argparse
+import json
+import os
+import sys
+
+import numpy as np
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import gltf_scene  # noqa: E402
+import obj_model  # noqa: E402
+import polygons  # noqa: E402
+from arithmetic import F64_SLACK, half_ulp, rounded, without_area  # noqa: E402
+from cache import Cache, bvhc_reader  # noqa: E402
+from model import NO_NODE, Refused  # noqa: E402
+
+
+def read_model(path):
+    """The model in a file, its format told by its name, or else by its content."""
+    lower = path.lower()
+    if lower.endswith((".gltf", ".glb")):
+        return gltf_scene.read(path)
+    with open(path, "rb") as file:
+        data = file.read()
+    if not lower.endswith(".obj") and (data[:4] == b"glTF" or data.lstrip()[:1] == b"{"):
+        return gltf_scene.read(path)
+    return obj_model.read(data)
+
+
+class Comparison:
+    """The differences between a model and a cache: one record a kind and place, with how many there are and the first of them."""
+
+    def __init__(self, model, cache):
+        self.model, self.cache = model, cache
+        self.differences = []
+        self.compared = self.left_out = 0
+        self.dropped = {"degenerate": [0, 0], "non_finite": [0, 0]}  # in the meshes, and where they are shown
+        self.counted_meshes = set()
+        self.gone_with_place = 0  # triangles of placements of which nothing is left
+        self.keep = cache.options.get("degenerate") == "keep"
+
+    def differ(self, kind, where, count=1, first=""):
+        self.differences.append({"kind": kind, "where": where, "count": int(count), "first": first})
+
+    def run(self):
+        shown = self.by_place()
+        for placement in self.model.placements:
+            compared, left_out = self.compared, self.left_out
+            for part in placement.parts:
+                if len(part):
+                    self.part(placement, part, shown.pop((placement.mesh, part.number, placement.node, placement.copy), None))
+            if self.compared == compared:
+                self.gone_with_place += self.left_out - left_out
+        for key, extra in shown.items():
+            if len(extra.body.prims):
+                self.differ("extra part", place_name(*key), len(extra.body.prims))
+        self.counts()
+        return self
+
+    def by_place(self):
+        """The cache's bodies under (mesh, part, node, copy): the n-th of one mesh, part and node is the n-th instance of that node."""
+        nodes = {}
+        for placement in self.model.placements:
+            nodes.setdefault(placement.mesh, set()).add(placement.node)
+        out, copies = {}, {}
+        for shown in self.cache.shown():
+            node, own = shown.node, nodes.get(shown.body.mesh, set())
+            if len(own) == 1 and (node == NO_NODE or NO_NODE in own):
+                # A mesh that stands at one node alone needs no name for it; nor does OBJ, which has no nodes.
+                node = next(iter(own))
+            key = (shown.body.mesh, shown.body.part, node)
+            copy = copies[key] = copies.get(key, -1) + 1
+            out[key + (copy,)] = shown
+        return out
+
+    def part(self, placement, part, shown):
+        where = place_name(placement.mesh, part.number, placement.node, placement.copy)
+        if shown is None:
+            return self.missing(placement, part, np.arange(len(part)), where)
+        body = shown.body
+        if (body.first_prim, body.prim_count) != (part.first_prim, len(part)):
+            self.differ("range", where, 1, "first_prim, prim_count %d, %d; right: %d, %d"
+                        % (body.first_prim, body.prim_count, part.first_prim, len(part)))
+            return None
+        rows = body.prims - part.first_prim
+        there = np.zeros(len(part), dtype=bool)
+        there[rows] = True
+        self.missing(placement, part, np.flatnonzero(~there), where)
+        self.compared += len(rows)
+        if len(rows):
+            self.positions(placement, part, shown, rows, where)
+        return None
+
+    # Where corners are.
+
+    def positions(self, placement, part, shown, rows, where):
+        stored = shown.body.corners.astype(np.float64)
+        if not self.keep and id(shown.body) not in self.counted_meshes:
+            self.counted_meshes.add(id(shown.body))
+            flat = without_area(shown.body.corners)
+            if flat.any():
+                self.differ("without area, and kept", where, flat.sum(), "triangle %d" % rows[np.argmax(flat)])
+        cut = part.of_polygon(rows)
+        right, size = part.positions[part.corners[rows]], part.magnitude[part.corners[rows]]
+        matrix, magnitude = placement.matrix, placement.magnitude
+        if shown.matrix is None:
+            exact = transform(matrix, right)
+            slack = transform(magnitude, size) * F64_SLACK
+            self.judge(exact, stored, half_ulp(exact) + slack, 0.0 * exact, cut, rows, where)
+        elif bool(((np.abs(stored - right) <= half_ulp(right) + size * F64_SLACK).all(axis=(1, 2)) | cut).all()):
+            # The mesh stands in its own space: its instance's matrix must be the node's.
+            off = np.abs(shown.matrix - matrix[:3])
+            wrong = off > half_ulp(matrix[:3]) + magnitude[:3] * F64_SLACK
+            if wrong.any():
+                i = np.unravel_index(np.argmax(np.where(wrong, off / half_ulp(matrix[:3]), 0)), wrong.shape)
+                self.differ("matrix", where, len(rows), "row %d, column %d is %.9g; right: %.17g" % (*i, shown.matrix[i], matrix[i]))
+        else:
+            # The file may put the mesh's origin elsewhere: what counts is where its corners come to stand, and how far the
+            # numbers that are stored may be from those that they were rounded from.
+            m = np.vstack([shown.matrix, [0, 0, 0, 1]])
+            exact, got = transform(matrix, right), transform(m, stored)
+            bound = transform(np.abs(m), half_ulp(stored), 0.0) + transform(half_ulp(m), np.abs(stored) + half_ulp(stored))
+            bound += transform(np.abs(m), np.abs(stored)) * F64_SLACK
+            self.judge(exact, got, transform(magnitude, size) * F64_SLACK, bound, cut, rows, where)
+        if part.polygons:
+            polygons.compare(self, placement, part, shown, rows, where)
+
+    def judge(self, exact, got, bound, got_bound, cut, rows, where):
+        """Compare corners in their order. `bound` goes with the right corners, `got_bound` with those of the file."""
+        def near(at, order):
+            return (np.abs(got[at] - exact[at][:, order]) <= bound[at][:, order] + got_bound[at]).all(axis=(1, 2))
+
+        with np.errstate(invalid="ignore", over="ignore"):
+            bad = np.flatnonzero(~(near(slice(None), [0, 1, 2]) | cut))
+            for kind, orders in (("corners turned", ([1, 2, 0], [2, 0, 1])), ("corners the other way round", ([2, 1, 0], [1, 0, 2], [0, 2, 1]))):
+                these = np.zeros(len(bad), dtype=bool)
+                for order in orders:
+                    these |= near(bad, order)
+                if these.any():
+                    self.differ(kind, where, these.sum(), "triangle %d" % rows[bad[np.argmax(these)]])
+                bad = bad[~these]
+            if len(bad):
+                off = np.abs(got[bad] - exact[bad])
+                ulps = np.nan_to_num((off / (2 * half_ulp(exact[bad]))).max(axis=(1, 2)), nan=np.inf)
+                i = int(np.argmax(ulps))
+                self.differ("position", where, len(bad), "triangle %d is at %s; right: %s (off by %.3g, %.3g units in the last place)" % (
+                    rows[bad[i]], triangle(got[bad[i]]), triangle(exact[bad[i]]), off[i].max(), ulps[i]))
+
+    # What is not there.
+
+    def missing(self, placement, part, rows, where):
+        if not len(rows):
+            return
+        self.left_out += len(rows)
+        finite, flat = reasons(placement, part, rows)
+        first = (placement.mesh, part.number, placement.node if part.deformed else NO_NODE) not in self.counted_meshes
+        self.counted_meshes.add((placement.mesh, part.number, placement.node if part.deformed else NO_NODE))
+        for reason, these in (("non_finite", ~finite), ("degenerate", flat & finite)):
+            self.dropped[reason][0] += int(these.sum()) * first
+            self.dropped[reason][1] += int(these.sum())
+        lost = finite & ~flat
+        if self.keep and not (flat.all() and len(rows) == len(part)):
+            # `keep` keeps what is flat in the model, not an instance that is scaled to nothing.
+            lost = finite
+        if lost.any():
+            i = int(np.argmax(lost))
+            world = transform(placement.matrix, part.positions[part.corners[rows[i]]])
+            self.differ("missing", where, lost.sum(), "triangle %d at %s" % (rows[i], triangle(world)))
+
+    def counts(self):
+        """What was left out must have been counted: triangles once a mesh or once a place; a place of which nothing is left may count as one."""
+        instances = any(count for name, count in self.cache.read_counts.items() if name.endswith("_instances"))
+        for reason, right in self.dropped.items():
+            told = self.cache.read_counts.get(reason + "_triangles", 0)
+            if self.keep and reason == "degenerate":
+                continue  # there it counts those that were found, and kept
+            if not min(right) - (self.gone_with_place if instances else 0) <= told <= max(right):
+                self.differ("count", reason, 1, "the cache says that %d triangles were left out as %s; right: %s"
+                            % (told, reason, " or ".join(map(str, sorted(set(right))))))
+
+
+def reasons(placement, part, rows):
+    """(bool[k], bool[k]): can f32 hold the triangles, and may they be left out as flat?"""
+    local = part.positions[part.corners[rows]]
+    world = transform(placement.matrix, local)
+    finite = np.isfinite(rounded(local)).all(axis=(1, 2)) & np.isfinite(rounded(world)).all(axis=(1, 2))
+    # What is missing of a polygon is judged with what is there of it.
+    flat = part.of_polygon(rows)
+    # Without area in the model, in the numbers that a mesh would be stored in, or in those of its place.
+    for corners in (local, rounded(local), rounded(world)):
+        unsure = np.flatnonzero(finite & ~flat)
+        if len(unsure):
+            flat[unsure] = without_area(corners[unsure])
+    return finite, flat
+
+
+def transform(matrix, points, w=1.0):
+    with np.errstate(invalid="ignore", over="ignore"):
+        return points @ matrix[:3, :3].T + matrix[:3, 3] * w
+
+
+def place_name(mesh, part, node, copy):
+    return "mesh %d part %d" % (mesh, part) + (" at node %d" % node if node != NO_NODE else "") + (" copy %d" % copy if copy else "")
+
+
+def triangle(corners):
+    return " ".join("(%s)" % ",".join("%.9g" % x for x in corner) for corner in corners)
+
+
+def compare(model_path, cache_path):
+    """(model, comparison). Raises Refused where the second reader cannot read the model, Invalid or Unsupported for the cache."""
+    model = read_model(model_path)
+    return model, Comparison(model, Cache(cache_path)).run()
+
+
+def line(name, comparison):
+    if not comparison.differences:
+        out = "%s: %d triangles agree" % (name, comparison.compared)
+        return out + (", %d left out" % comparison.left_out if comparison.left_out else "")
+    first = comparison.differences[0]
+    kinds = {}
+    for d in comparison.differences:
+        kinds[d["kind"]] = kinds.get(d["kind"], 0) + d["count"]
+    return "%s: DIFFERS (%s); %s: %s" % (name, ", ".join("%d %s" % (n, k) for k, n in kinds.items()), first["where"], first["first"])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("model")
+    parser.add_argument("cache")
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    arguments = parser.parse_args()
+    try:
+        model, comparison = compare(arguments.model, arguments.cache)
+    except OSError as error:
+        print("error: %s" % error, file=sys.stderr)
+        return 3
+    except Refused as error:
+        print("error: the second reader refuses %s: %s" % (arguments.model, error), file=sys.stderr)
+        return 4
+    except (bvhc_reader.Invalid, bvhc_reader.Unsupported) as error:
+        print("error: %s: %s" % (arguments.cache, error), file=sys.stderr)
+        return 3
+    if arguments.json:
+        print(json.dumps({
+            "schema": "bvhc.independent.v1", "model": arguments.model, "cache": arguments.cache, "agree": not comparison.differences,
+            "compared": comparison.compared, "left_out": comparison.left_out, "faults": model.faults,
+            "differences": comparison.differences,
+        }, indent=2))
+    else:
+        print(line(arguments.model, comparison))
+    return 1 if comparison.differences else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

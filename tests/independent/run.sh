@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# Read every model with a second reader, written from the specifications alone in another language, and compare each cache with it:
+# small models made here, the samples, and where they are there the shared models and cases.
+#
+#   tests/independent/run.sh [-v]
+#
+# Environment: BVHC_MODELS  folder of real scenes (default ../shared/models); BVHC_CASES  folder of cases (default ../shared/cases)
+#              BVHC_TOOL    the program (default: it is built, optimised)
+#
+# Everything is installed below target/independent-tests. Exit status 77: the packages could not be installed, nothing was tested.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+work=target/independent-tests
+mkdir -p "$work"
+
+# The reference reader's packages are all that is needed. Install them once; again when the list changes.
+stamp="$(cksum <format-spec/requirements.txt)"
+if [ "$(cat "$work/stamp" 2>/dev/null)" != "$stamp" ]; then
+    {
+        python3 -m venv --clear "$work/venv" &&
+            "$work/venv/bin/python" -m pip install --quiet --disable-pip-version-check -r format-spec/requirements.txt
+    } || {
+        echo "SKIPPED: the packages of format-spec/requirements.txt could not be installed" >&2
+        exit 77
+    }
+    echo "$stamp" >"$work/stamp"
+fi
+python="$work/venv/bin/python"
+export PYTHONDONTWRITEBYTECODE=1
+
+tool="${BVHC_TOOL:-}"
+if [ -z "$tool" ]; then
+    cargo build --quiet --release --bin bvhc
+    tool=target/release/bvhc
+fi
+
+status=0
+judge() {
+    "$python" tests/independent/run.py --tool "$tool" "$@" || status=1
+}
+"$python" tests/independent/selftest.py
+rm -rf "$work/corners"
+"$python" tests/independent/corners.py "$work/corners"
+judge "$@" "$work/corners" samples
+judge "$@" --flag=--degenerate=keep "$work/corners"
+for folder in "${BVHC_MODELS:-../shared/models}" "${BVHC_CASES:-../shared/cases}"; do
+    if [ -d "$folder" ]; then
+        judge "$@" "$folder"
+    else
+        echo "SKIPPED: models of $folder: there is no such folder"
+    fi
+done
+exit $status

@@ -1,0 +1,298 @@
+#!/usr/bin/env python3
+"""The second reader against answers worked out by hand from the specifications, and the comparison against faults that are planted."""
+
+import os
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import gltf_scene  # noqa: E402
+import obj_model  # noqa: E402
+from arithmetic import half_ulp, rounded, without_area  # noqa: E402
+from cache import Body, Shown  # noqa: E402
+from compare import Comparison, transform  # noqa: E402
+from gltf_writer import TRIANGLE, Gltf  # noqa: E402
+from model import NO_NODE, Refused, Unsupported  # noqa: E402
+
+QUARTER = [0.0, 0.0, 0.7071067811865476, 0.7071067811865476]  # a quarter turn about z: x becomes y
+
+
+def read(g):
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "m.gltf")
+        g.save(path)
+        return gltf_scene.read(path)
+
+
+def world(model):
+    """{(mesh, part, node, copy): [triangles]} rounded to 12 digits."""
+    return {
+        (p.mesh, part.number, p.node, p.copy): np.round(transform(p.matrix, part.positions[part.corners]), 12).tolist()
+        for p in model.placements for part in p.parts
+    }
+
+
+class GltfByHand(unittest.TestCase):
+    def shows(self, g, expected):
+        self.assertEqual(world(read(g)), {key: [[list(map(float, c)) for c in t] for t in tris] for key, tris in expected.items()})
+
+    def test_translation_rotation_scale_in_this_order(self):
+        g = Gltf()
+        node = g.node(mesh=g.mesh(), translation=[10, 0, 0], rotation=QUARTER, scale=[2, 3, 1])
+        self.shows(g.show(g.node(translation=[0, 0, 5], children=[node])), {(0, 0, 0, 0): [[(10, 0, 5), (10, 2, 5), (7, 0, 5)]]})
+
+    def test_matrix_columns_first(self):
+        g = Gltf()
+        g.show(g.node(mesh=g.mesh(), matrix=[0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 7, 8, 9, 1]))
+        self.shows(g, {(0, 0, 0, 0): [[(7, 8, 9), (7, 9, 9), (6, 8, 9)]]})
+
+    def test_the_node_of_a_skinned_mesh_does_not_place_it(self):
+        # Joint at (0, 1, 0) times 0.5; inverse bind scales by 2: p -> p + (0, 0.5, 0).
+        g = Gltf()
+        attributes = {"JOINTS_0": g.accessor([[0, 0, 0, 0]] * 3, "u1"), "WEIGHTS_0": g.accessor([[1, 0, 0, 0]] * 3)}
+        body = g.node(mesh=g.mesh(g.primitive(attributes=attributes)), skin=0, translation=[5, 5, 5])
+        joint = g.node(translation=[0, 1, 0])
+        g.root["skins"] = [{"joints": [joint], "inverseBindMatrices": g.accessor([[2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1]])}]
+        self.shows(g.show(g.node(scale=[0.5] * 3, children=[body, joint])), {(0, 0, 0, 0): [[(0, 0.5, 0), (1, 0.5, 0), (0, 1.5, 0)]]})
+
+    def test_weights_are_divided_by_their_sum_and_all_sets_count(self):
+        # Joints at x = 0 and at x = 8; the weights 0.25 and (in the second set) 0.25 put each vertex halfway.
+        g = Gltf()
+        attributes = {
+            "JOINTS_0": g.accessor([[0, 0, 0, 0]] * 3, "u2"), "WEIGHTS_0": g.accessor([[0.25, 0, 0, 0]] * 3),
+            "JOINTS_1": g.accessor([[1, 0, 0, 0]] * 3, "u1"), "WEIGHTS_1": g.accessor([[0.25, 0, 0, 0]] * 3),
+        }
+        body = g.node(mesh=g.mesh(g.primitive(attributes=attributes)), skin=0)
+        joints = [g.node(), g.node(translation=[8, 0, 0])]
+        g.root["skins"] = [{"joints": joints}]
+        self.shows(g.show(body, *joints), {(0, 0, 0, 0): [[(4, 0, 0), (5, 0, 0), (4, 1, 0)]]})
+
+    def test_weights_of_the_node_go_before_those_of_the_mesh(self):
+        g = Gltf()
+        body = g.primitive(targets=[{"POSITION": g.accessor([[0, 0, 8]] * 3)}, {"POSITION": g.sparse(3, [1], [[4, 0, 0]])}])
+        mesh = g.mesh(body, weights=[0.5, 0])
+        g.show(g.node(mesh=mesh), g.node(mesh=mesh, weights=[0.25, 1], translation=[0, 1, 0]))
+        self.shows(g, {(0, 0, 0, 0): [[(0, 0, 4), (1, 0, 4), (0, 1, 4)]], (0, 0, 1, 0): [[(0, 1, 2), (5, 1, 2), (0, 2, 2)]]})
+
+    def test_morph_before_skin(self):
+        g = Gltf()
+        attributes = {"JOINTS_0": g.accessor([[0, 0, 0, 0]] * 3, "u1"), "WEIGHTS_0": g.accessor([[1, 0, 0, 0]] * 3)}
+        mesh = g.mesh(g.primitive(attributes=attributes, targets=[{"POSITION": g.accessor([[1, 0, 0]] * 3)}]), weights=[2])
+        g.root["skins"] = [{"joints": [1]}]
+        self.shows(g.show(g.node(mesh=mesh, skin=0), g.node(rotation=QUARTER)), {(0, 0, 0, 0): [[(0, 2, 0), (0, 3, 0), (-1, 2, 0)]]})
+
+    def test_instances_stand_between_node_and_mesh(self):
+        g = Gltf()
+        attributes = {"TRANSLATION": g.accessor([[1, 0, 0], [2, 0, 0]]), "ROTATION": g.accessor([[0, 0, 0, 127], [0, 0, 127, 0]], "i1", True)}
+        g.show(g.node(mesh=g.mesh(), scale=[10, 10, 10], extensions={"EXT_mesh_gpu_instancing": {"attributes": attributes}}))
+        self.shows(g, {(0, 0, 0, 0): [[(10, 0, 0), (20, 0, 0), (10, 10, 0)]], (0, 0, 0, 1): [[(20, 0, 0), (10, 0, 0), (20, -10, 0)]]})
+
+    def test_strips_and_fans(self):
+        corners = [[i, i * i, 0] for i in range(5)]
+        for mode, wanted in ((5, [(0, 1, 2), (1, 3, 2), (2, 3, 4)]), (6, [(1, 2, 0), (2, 3, 0), (3, 4, 0)])):
+            g = Gltf()
+            g.show(g.node(mesh=g.mesh(g.primitive(corners, mode=mode))))
+            self.shows(g, {(0, 0, 0, 0): [[corners[i] for i in t] for t in wanted]})
+
+    def test_the_largest_index_begins_a_new_strip(self):
+        g = Gltf()
+        corners = [[i, i * i, 0] for i in range(4)]
+        g.show(g.node(mesh=g.mesh(g.primitive(corners, [0, 1, 2, 255, 3, 2, 1, 0], 5, "u1"))))
+        self.shows(g, {(0, 0, 0, 0): [[corners[i] for i in t] for t in ((0, 1, 2), (3, 2, 1), (2, 0, 1))]})
+
+    def test_normalised_integers(self):
+        for kind, values, wanted in (("i1", [[-128, 127, 0]], (-1, 1, 0)), ("u1", [[255, 0, 51]], (1, 0, 0.2)), ("i2", [[-32768, 32767, 0]], (-1, 1, 0)), ("u2", [[65535, 0, 13107]], (1, 0, 0.2))):
+            g = Gltf()
+            mesh = g.mesh(g.primitive(g.accessor(values * 3, kind, True)))
+            self.shows(g.show(g.node(mesh=mesh)), {(0, 0, 0, 0): [[wanted] * 3]})
+
+    def test_parts_and_triangles_are_numbered_over_all_primitives(self):
+        g = Gltf()
+        mesh = g.mesh(g.primitive(TRIANGLE * 2), g.primitive(mode=0), g.primitive(TRIANGLE))
+        model = read(g.show(g.node(mesh=mesh)))
+        self.assertEqual([(p.number, p.first_prim, len(p)) for p in model.placements[0].parts], [(0, 0, 2), (2, 2, 1)])
+
+    def test_the_named_scene_is_shown(self):
+        g = Gltf()
+        g.show(g.node(mesh=g.mesh(), translation=[1, 0, 0]))
+        g.root["scenes"].append({"nodes": [g.node(mesh=0, translation=[2, 0, 0])]})
+        g.root["scene"] = 1
+        self.assertEqual(list(world(read(g))), [(0, 0, 1, 0)])
+
+    def test_refusals(self):
+        def broken(change):
+            g = Gltf()
+            g.show(g.node(mesh=g.mesh(g.primitive(TRIANGLE, [0, 1, 2]))))
+            change(g)
+            return g
+
+        for change in (
+            lambda g: g.require("CESIUM_RTC"), lambda g: g.root["asset"].update(version="1.0"), lambda g: g.root["asset"].update(minVersion="2.1"),
+        ):
+            self.assertRaises(Unsupported, read, broken(change))
+        for change in (
+            lambda g: g.root["nodes"][0].update(mesh=7), lambda g: g.root["nodes"][0].update(children=[0]), lambda g: g.root["accessors"][0].update(count=2),
+            lambda g: g.root["bufferViews"][0].update(byteLength=20), lambda g: g.root["nodes"][0].update(matrix=[1] * 16), lambda g: g.root.update(scene=1),
+        ):
+            self.assertRaises(Refused, read, broken(change))
+
+
+class ObjByHand(unittest.TestCase):
+    def triangles(self, text):
+        model = obj_model.read(text)
+        return [(part.number, part.positions[c].tolist()) for part in model.placements[0].parts for c in part.corners]
+
+    def test_indices_count_from_either_end(self):
+        self.assertEqual(self.triangles(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2/-1 3//1\nv 9 9 9\nf 1 2 -1"),
+                         [(0, [[0, 0, 0], [1, 0, 0], [0, 1, 0]]), (0, [[0, 0, 0], [1, 0, 0], [9, 9, 9]])])
+
+    def test_lines_go_on_and_end(self):
+        self.assertEqual(self.triangles(b"v 0 0 \\\n0 # one\r\nv 1 0 0\rv\t0 1 0 5\r\nf 1 \\\r\n2 3\0\0"), [(0, [[0, 0, 0], [1, 0, 0], [0, 1, 0]])])
+
+    def test_parts_are_runs_of_object_group_and_material(self):
+        text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"f 1 2 3\n".join([b"o a\n", b"g x\n", b"g x\nusemtl m\n", b"g x\n", b"o a\n", b"g y\n", b"g x\n", b""])
+        self.assertEqual([number for number, _ in self.triangles(text)], [0, 1, 2, 2, 3, 4, 5])
+
+    def test_numbers_are_doubles(self):
+        self.assertEqual(self.triangles(b"v 4649776.75 1e-300 0.1\nv 1.#IND 0 0\nv 0 0 0\nf 1 3 3")[0][1][0], [4649776.75, 1e-300, 0.1])
+
+    def test_refusals(self):
+        for text in (b"f 0 1 2\nv 0 0 0", b"v 0 0 0\nf -2 1 1", b"v 0 0 0\nf 1 1 2", b"v 0 0\nf 1 1 1", b"V 0 0 0", b"<html>", b"v 0 0 0\0\nf 1 1 1", b"v 0 0 x\nf 1 1 1"):
+            self.assertRaises(Refused, obj_model.read, text)
+
+
+class FakeCache:
+    """What a right cache of a model would hold."""
+
+    def __init__(self, model, two_level, drop=()):
+        self.read_counts, self.options, self.places = {}, {"degenerate": "drop"}, []
+        for p in model.placements:
+            for part in p.parts:
+                rows = np.array([i for i in range(len(part)) if i not in drop], dtype=np.int64)
+                local = part.positions[part.corners[rows]]
+                corners = rounded(local if two_level else transform(p.matrix, local))
+                body = Body(p.mesh, part.number, p.node, 0, part.first_prim, len(part), rows + part.first_prim, corners)
+                self.places.append(Shown(body, p.node, rounded(p.matrix[:3]).astype(np.float64) if two_level else None))
+
+    def shown(self):
+        return self.places
+
+
+class PlantedFaults(unittest.TestCase):
+    def model(self):
+        g = Gltf()
+        flat = [[0, 0, 0], [1, 1, 1], [2, 2, 2]]
+        mesh = g.mesh(g.primitive(TRIANGLE + [[0.1, 0.2, 5.3], [1.7, 0.2, 5.1], [0, 3.3, 5]] + flat))
+        return read(g.show(g.node(mesh=mesh, rotation=[0.1825741858, 0.3651483717, 0.5477225575, 0.7302967433], translation=[7.7, 0.1, -3.3])))
+
+    def kinds(self, change=None, two_level=False, count=1):
+        model = self.model()
+        cache = FakeCache(model, two_level, drop=[2])
+        cache.read_counts["degenerate_triangles"] = count
+        if change:
+            change(cache.places[0])
+        return {d["kind"] for d in Comparison(model, cache).run().differences}
+
+    def test_a_right_cache_agrees(self):
+        for two_level in (False, True):
+            self.assertEqual(self.kinds(two_level=two_level), set())
+
+    def test_one_unit_in_the_last_place_is_found(self):
+        for corner in np.ndindex(2, 3, 3):
+            def shift(shown):
+                shown.body.corners[corner] = np.nextafter(shown.body.corners[corner], np.float32(np.inf))
+            self.assertEqual(self.kinds(shift), {"position"})
+
+        def matrix(shown):
+            shown.matrix[1, 3] *= 1 + 2.0**-23
+        self.assertEqual(self.kinds(matrix, True), {"matrix"})
+
+    def test_an_origin_elsewhere_agrees_and_a_wrong_one_does_not(self):
+        for error, wanted in ((0.0, set()), (1e-5, {"position"})):
+            def move(shown):
+                origin = np.array([100.25, -3.5, 7.0])
+                local = shown.body.corners.astype(np.float64)
+                shown.body.corners = rounded(transform(np.vstack([shown.matrix, [0, 0, 0, 1]]), local) - origin + error)
+                shown.matrix = np.column_stack([np.eye(3), origin])
+            model = self.model()
+            model.placements[0].matrix[:3] = rounded(model.placements[0].matrix[:3])
+            cache = FakeCache(model, True, drop=[2])
+            cache.read_counts["degenerate_triangles"] = 1
+            move(cache.places[0])
+            self.assertEqual({d["kind"] for d in Comparison(model, cache).run().differences}, wanted)
+
+    def test_corners_in_another_order_are_found(self):
+        for order, kind in (([1, 2, 0], "corners turned"), ([1, 0, 2], "corners the other way round")):
+            def turn(shown):
+                shown.body.corners[0] = shown.body.corners[0][order]
+            self.assertEqual(self.kinds(turn), {kind})
+
+    def test_triangles_that_are_missing_swapped_or_too_many_are_found(self):
+        def lose(shown):
+            shown.body.prims, shown.body.corners = shown.body.prims[1:], shown.body.corners[1:]
+        self.assertEqual(self.kinds(lose), {"missing"})
+
+        def swap(shown):
+            shown.body.corners = shown.body.corners[::-1].copy()
+        self.assertEqual(self.kinds(swap), {"position"})
+
+        def keep(shown):
+            shown.body.prims = np.array([0, 1, 2])
+            shown.body.corners = np.concatenate([shown.body.corners, np.zeros((1, 3, 3), np.float32)])
+        self.assertTrue({"without area, and kept"} <= self.kinds(keep))
+        self.assertEqual(self.kinds(count=0), {"count"})
+
+        def other_part(shown):
+            shown.body.part = 1
+        self.assertEqual(self.kinds(other_part), {"missing", "extra part"})
+
+        def shifted(shown):
+            shown.body.first_prim = 1
+        self.assertIn("range", self.kinds(shifted))
+
+
+class Polygons(unittest.TestCase):
+    TEXT = b"v 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\nv 9 9 9\nf 1 2 3 4\n"
+
+    def kinds(self, *triangles, drop=0):
+        model = obj_model.read(self.TEXT)
+        cache = FakeCache(model, False)
+        body = cache.places[0].body
+        positions = model.placements[0].parts[0].positions
+        body.corners = rounded(positions[np.array(triangles) - 1])
+        body.prims = np.arange(len(triangles))
+        cache.read_counts["degenerate_triangles"] = drop
+        return {d["kind"] for d in Comparison(model, cache).run().differences}
+
+    def test_either_diagonal_that_does_not_fold_is_right(self):
+        self.assertEqual(self.kinds((1, 2, 3), (1, 3, 4)), set())
+        self.assertEqual(self.kinds((3, 4, 1), (3, 1, 2)), set())
+
+    def test_wrong_cuts_are_found(self):
+        self.assertEqual(self.kinds((1, 2, 4), (2, 3, 4)), {"polygon folded over"})
+        self.assertIn("polygon's edges", self.kinds((1, 2, 3), (1, 2, 4)))
+        self.assertIn("polygon's edges", self.kinds((1, 3, 2), (1, 4, 3)))
+        self.assertIn("polygon's corner", self.kinds((1, 2, 3), (1, 3, 5)))
+        self.assertEqual(self.kinds((1, 2, 3), drop=1), {"polygon's area"})
+
+
+class Arithmetic(unittest.TestCase):
+    def test_half_a_unit_in_the_last_place(self):
+        for x in (1.0, 1.5, -3.7, 4649776.75, 1e-38, 1e-44, 0.0, 3e38):
+            f = np.float32(x)
+            self.assertEqual(half_ulp(np.array([float(f)]))[0], float(np.spacing(np.abs(f))) / 2, x)
+
+    def test_area_is_decided_exactly(self):
+        eps = 2.0**-23
+        triangles = np.array([
+            [[0, 0, 0], [1, 1, 1], [2, 2, 2]], [[0, 0, 0], [1, 1, 1], [2, 2, 2 + 2 * eps]], [[1, 1, 1]] * 3, [[0.1, 0.2, 0.3], [0.1, 0.2, 0.3], [5, 6, 7]],
+            [[1e8, 0, 0], [1e8, 1e-38, 0], [0, 0, 0]], [[0, 0, 0], [1e-44, 0, 0], [0, 1e-44, 0]],
+        ], dtype=np.float32)
+        self.assertEqual(without_area(triangles).tolist(), [True, False, True, True, False, False])
+
+
+if __name__ == "__main__":
+    unittest.main()
