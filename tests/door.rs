@@ -1,0 +1,138 @@
+//! The library's one way in: what it refuses, and that nothing behind it writes a file that a rule forbids.
+
+use bvhc::build::{BuildError, BuildOptions, NoProgress, Preset, build_tree, compile};
+use bvhc::cache::{CacheError, Image, OpenOptions, Validation, WriteOptions, to_bytes};
+use bvhc::exec::Executor;
+use bvhc::geom::Affine;
+use bvhc::scene::{GeometryError, Instance, Mesh, Part, Scene};
+use bvhc::tree::{Accel, Tree};
+use bvhc::{Build, Cache, Hit, Ray};
+
+const POSITIONS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
+const TRIANGLES: [[u32; 3]; 2] = [[0, 1, 2], [1, 3, 2]];
+
+fn mesh() -> Mesh {
+    Mesh::new("m", POSITIONS.to_vec(), TRIANGLES.to_vec()).unwrap()
+}
+
+fn compiled(scene: Scene) -> Result<Accel, BuildError> {
+    compile(scene, &BuildOptions::preset(Preset::Draft), &Executor::sequential(), &NoProgress)
+}
+
+/// A mesh that was sound and was changed afterwards, as every field allows.
+fn spoilt(change: impl Fn(&mut Mesh)) -> GeometryError {
+    let mut mesh = mesh();
+    change(&mut mesh);
+    let by_tree = build_tree(&mesh, &BuildOptions::preset(Preset::Draft), &Executor::sequential(), &NoProgress);
+    let by_scene = compiled(Scene::of_mesh(mesh.clone()));
+    let by_image = Image::of_tree(&mesh, &Tree::default(), &Executor::sequential());
+    assert!(matches!(by_image, Err(CacheError::Unwritable { .. })), "{by_image:?}");
+    match (by_tree, by_scene) {
+        // As text: a NaN is unlike itself.
+        (Err(BuildError::Geometry(a)), Err(BuildError::Geometry(b))) if a.to_string() == b.to_string() => a,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn geometry_that_no_file_can_hold_is_refused_by_every_build() {
+    assert!(matches!(
+        spoilt(|m| m.triangles[1][2] = 4),
+        GeometryError::IndexOutOfRange { mesh: 0, triangle: 1, index: 4, positions: 4 }
+    ));
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let error = spoilt(|m| m.positions[3][1] = bad);
+        assert!(matches!(error, GeometryError::NotFinite { triangle: 1, index: 3, .. }), "{error:?}");
+    }
+    assert!(matches!(spoilt(|m| m.parts[0].triangle_count = 1), GeometryError::Parts { expected: 2, found: 1, .. }));
+    assert!(matches!(spoilt(|m| m.parts[0].first_triangle = 1), GeometryError::Parts { expected: 0, found: 1, .. }));
+    assert!(matches!(spoilt(|m| m.source_prims = vec![0]), GeometryError::SourcePrims { numbers: 1, .. }));
+    assert!(matches!(spoilt(|m| m.source_prims = vec![1, 1]), GeometryError::SourceNumber { triangle: 1, number: 1, .. }));
+    assert!(matches!(spoilt(|m| m.parts[0].prim_count = 1), GeometryError::SourceNumber { triangle: 1, number: 1, .. }));
+    // A position that no triangle uses may be anything.
+    let unused = Mesh::new("m", [&POSITIONS[..], &[[f32::NAN; 3]]].concat(), TRIANGLES.to_vec());
+    assert!(compiled(Scene::of_mesh(unused.unwrap())).is_ok());
+}
+
+#[test]
+fn instances_that_lead_nowhere_are_refused() {
+    let place = |mesh, transform| Instance { mesh, transform, node: 0, name: String::new() };
+    let scene = |instance| Scene::new(vec![mesh()], vec![instance]);
+    let error = scene(place(1, Affine::IDENTITY)).unwrap_err();
+    assert_eq!(error, GeometryError::MeshOutOfRange { instance: 0, mesh: 1, meshes: 1 });
+    let singular = Affine { rows: [[0.0; 4]; 3] };
+    assert_eq!(scene(place(0, singular)).unwrap_err(), GeometryError::Transform { instance: 0 });
+    let mut build = Build::empty();
+    let number = build.add_mesh("m", &POSITIONS, &TRIANGLES).unwrap();
+    assert!(matches!(build.add_instance(number + 1, Affine::IDENTITY), Err(GeometryError::MeshOutOfRange { .. })));
+    assert!(matches!(build.add_instance(number, singular), Err(GeometryError::Transform { instance: 0 })));
+    assert!(Build::new(&POSITIONS, &[[0, 1, 9]]).is_err());
+}
+
+#[test]
+fn no_writer_writes_what_a_rule_forbids() {
+    let exec = Executor::sequential();
+    let accel = compiled(Scene::of_mesh(mesh())).unwrap();
+    let image = Image::new(&accel, &exec).unwrap();
+    let written = |image: &Image| to_bytes(image, &Default::default(), &WriteOptions::default(), &exec);
+    assert!(written(&image).is_ok());
+    let broken: [(&str, &dyn Fn(&mut Image)); 4] = [
+        ("E0417", &|i| i.triangles[0].v1[2] = f32::NAN),
+        ("E0412", &|i| i.nodes[0].min[0] = 9.0),
+        ("E03", &|i| i.blases[0].ref_count += 1),
+        ("E04", &|i| i.triangles[0].prim = 77),
+    ];
+    for (rule, spoil) in broken {
+        let mut image = image.clone();
+        spoil(&mut image);
+        let error = written(&image).unwrap_err();
+        assert!(matches!(error, CacheError::Unwritable { .. }) && error.to_string().contains(rule), "{rule}: {error}");
+    }
+    // A tree or a top level over things that are not there has no image at all.
+    let refs = |refs| Accel { blases: vec![Tree { refs, ..accel.blases[0].clone() }], ..accel.clone() };
+    assert!(Image::new(&refs(vec![0, 2]), &exec).is_err());
+    let top = Accel { tlas: Some(Tree { refs: vec![3], ..Tree::default() }), ..accel.clone() };
+    assert!(Image::new(&top, &exec).is_err());
+    let nameless = Accel { meshes: vec![Mesh { parts: Vec::<Part>::new(), ..mesh() }], ..accel };
+    assert!(Image::new(&nameless, &exec).is_err());
+}
+
+#[test]
+fn what_is_built_is_traced_written_and_opened_alike() {
+    let built = Build::new(&POSITIONS, &TRIANGLES).unwrap().preset(Preset::Best).threads(2).run().unwrap();
+    let rays: Vec<Ray> = (0..5000)
+        .map(|i| Ray::new([(i % 71) as f32 / 70.0, (i / 71) as f32 / 70.0, 5.0], [0.0, 0.0, -1.0]))
+        .collect();
+    let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
+    built.closest_hits(&rays, &mut hits).unwrap();
+    assert!(hits.iter().filter(|h| h.is_some()).count() > 1000);
+
+    let bytes = built.to_bytes().unwrap();
+    let cache = Cache::from_bytes(&bytes, &OpenOptions::default()).unwrap();
+    let mut again = vec![None; rays.len()];
+    cache.closest_hits(&rays, &mut again).unwrap();
+    assert_eq!(hits, again);
+    for (ray, hit) in rays.iter().zip(&hits) {
+        assert_eq!((built.closest_hit(ray), built.any_hit(ray)), (*hit, hit.is_some()));
+    }
+    // Threads do not change a byte.
+    let alone = Build::new(&POSITIONS, &TRIANGLES).unwrap().preset(Preset::Best).threads(1).run().unwrap();
+    assert_eq!(alone.to_bytes().unwrap(), bytes);
+}
+
+#[test]
+fn a_slice_is_opened_where_it_lies() {
+    let bytes = Build::new(&POSITIONS, &TRIANGLES).unwrap().run().unwrap().to_bytes().unwrap();
+    let mut room = vec![0u64; bytes.len() / 8 + 2];
+    let room: &mut [u8] = bytemuck::cast_slice_mut(&mut room);
+    let options = OpenOptions { validation: Validation::Tree, ..OpenOptions::default() };
+    for shift in [0, 8, 3] {
+        room[shift..shift + bytes.len()].copy_from_slice(&bytes);
+        let given = &room[shift..shift + bytes.len()];
+        let cache = Cache::from_slice(given, &options).unwrap();
+        let lies_inside = given.as_ptr_range().contains(&cache.nodes().as_ptr().cast());
+        assert_eq!(lies_inside, shift % 8 == 0, "borrowed where it is aligned, copied where it is not");
+        assert!(cache.any_hit(&Ray::new([0.2, 0.2, 5.0], [0.0, 0.0, -1.0])).unwrap());
+    }
+    assert!(Cache::from_slice(&bytes[..bytes.len() - 1], &options).is_err());
+}

@@ -1,0 +1,81 @@
+//! The examples that a newcomer reads run, and say what is so.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Examples are built beside the tests, which cargo does before any test runs.
+fn example(name: &str) -> Command {
+    let folder = std::env::current_exe().unwrap();
+    let profile = folder.parent().and_then(Path::parent).unwrap();
+    Command::new(profile.join("examples").join(name))
+}
+
+fn output(command: &mut Command) -> String {
+    let out = command.output().unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    String::from_utf8(out.stdout).unwrap()
+}
+
+fn sample(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("samples").join(name)
+}
+
+#[test]
+fn own_geometry_is_built_written_and_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("own.bvhc");
+    let text = output(example("own_geometry").arg(&file));
+    assert!(text.starts_with("4421 triangles, 101 instances\n"), "{text}");
+    assert!(text.contains("of the tent, instance Some(1)"), "{text}");
+    let checked = bvhc::cache::check::check_bytes(
+        &std::fs::read(&file).unwrap(),
+        bvhc::cache::check::Level::Tree,
+        None,
+        &Default::default(),
+        &bvhc::exec::Executor::sequential(),
+    );
+    assert!(checked.is_clean(), "{:?}", checked.findings);
+}
+
+#[test]
+fn the_renderer_sees_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, picture) = (folder.path().join("p.bvhc"), folder.path().join("p.png"));
+    bvhc::Build::of_model(sample("pillar.obj")).unwrap().run().unwrap().write(&file).unwrap();
+    output(example("render").args([&file, &picture]));
+    let reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&picture).unwrap()));
+    let mut reader = reader.read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut pixels).unwrap();
+    let seen = pixels.chunks(3).filter(|p| *p != [24, 28, 36]).count();
+    assert!(seen > pixels.len() / 3 / 50, "{seen} pixels of {} show the scene", pixels.len() / 3);
+}
+
+#[test]
+fn a_box_touches_what_brute_force_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("c.bvhc");
+    let built = bvhc::Build::of_model(sample("colonnade.obj")).unwrap().run().unwrap();
+    built.write(&file).unwrap();
+    let bounds = bvhc::Cache::open(&file).unwrap().header().scene_bounds();
+    let [x, y, z] = bounds.center2().map(|c| c / 2.0);
+    let size = bounds.extent()[0] / 4.0;
+    let text = output(example("collision").arg(&file).arg(format!("{x},{y},{z}")).arg(size.to_string()));
+    let half = size / 2.0;
+    let query = bvhc::geom::Aabb { min: [x - half, y - half, z - half], max: [x + half, y + half, z + half] };
+    let inside = |t: &&bvhc::cache::TriangleRecord| {
+        !bvhc::geom::clip::Polygon::inside(&t.corners(), &query).corners().is_empty()
+    };
+    let slots = built.view().triangles;
+    let expected: std::collections::BTreeSet<_> = slots.iter().filter(inside).map(|t| (t.geom, t.prim)).collect();
+    assert!(!expected.is_empty() && expected.len() < slots.len(), "the query is a part of the scene");
+    assert!(text.starts_with(&format!("{} triangles touch the box", expected.len())), "{text}");
+}
+
+#[test]
+fn a_wrong_call_is_told_and_nothing_is_written() {
+    for name in ["own_geometry", "render", "collision"] {
+        let out = example(name).output().unwrap();
+        assert!(!out.status.success() && String::from_utf8_lossy(&out.stderr).contains("usage"), "{name}");
+    }
+}
