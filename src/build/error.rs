@@ -70,6 +70,20 @@ pub enum BuildError {
         /// Its mesh.
         mesh: u32,
     },
+    /// Triangles lose their area where an instance puts them, and the scene's policy is to refuse such.
+    #[error(
+        "cannot place mesh '{mesh}' for node {node}: {count} of its triangles lose their area there, rounded to 32 bits; the first is triangle {prim}"
+    )]
+    Collapsed {
+        /// How many.
+        count: usize,
+        /// Number of the first in its source mesh.
+        prim: u32,
+        /// Name of the mesh.
+        mesh: String,
+        /// The instance's node.
+        node: u32,
+    },
     /// The operating system refused to start threads.
     #[error(transparent)]
     Threads(#[from] ThreadsError),

@@ -27,7 +27,9 @@ mod wide_door;
 
 pub use crate::exec::Executor;
 pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
-pub use compile::{LaidOut, MAX_INSTANCES, bytes_to_reserve, compile, lay_out, primitives_to_build, tlas};
+pub use compile::{
+    LaidOut, MAX_INSTANCES, Placing, bytes_to_reserve, compile, compile_laid_out, lay_out, primitives_to_build, tlas,
+};
 pub use cost::Sah;
 pub use error::{BuildError, Remedy};
 pub use prim_ref::{PrimRef, PrimRefs};

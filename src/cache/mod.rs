@@ -9,6 +9,7 @@ pub mod check;
 mod convert;
 mod freshness;
 mod image;
+mod intact;
 mod provenance;
 mod writer;
 
@@ -17,5 +18,6 @@ pub use convert::{ConvertOptions, ConvertSummary, convert};
 pub use freshness::{Freshness, Staleness, freshness, freshness_of_bytes, hash_file};
 pub use image::Image;
 pub(crate) use image::triangle_record;
+pub use intact::intact;
 pub use provenance::provenance;
 pub use writer::{Codec, WriteOptions, WriteSummary, to_bytes, write_file, write_to};

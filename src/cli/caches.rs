@@ -6,8 +6,10 @@ use super::failure::Failure;
 use super::figures;
 use super::names;
 use crate::build::{self, BuildError, BuildOptions, Levels, Named, Remedy};
-use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, Meta, OpenOptions, Validation};
+use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, MAGIC, Meta, OpenOptions, Validation};
 use crate::scene::{self, Degenerate, ReadOptions, Scene, SceneError};
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Open a file for walking its trees: the bytes are those that were written.
@@ -78,6 +80,26 @@ pub fn failure(error: &CacheError) -> Failure {
     }
 }
 
+/// Refuse to write over what is most likely somebody's only copy: a file with something in it that is no cache.
+pub fn may_replace(path: &Path) -> Result<(), Failure> {
+    let is_cache = |start: &[u8]| start.is_empty() || start.starts_with(&MAGIC);
+    let start = |path: &Path| -> std::io::Result<Vec<u8>> {
+        let mut start = Vec::new();
+        File::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut start)?;
+        Ok(start)
+    };
+    // Devices and pipes are written to, not replaced. What cannot be read is not known to be a cache.
+    match path.metadata() {
+        Ok(metadata) if metadata.is_file() && metadata.len() > 0 && !start(path).is_ok_and(|s| is_cache(&s)) => {
+            let name = names::path(path);
+            Err(Failure::new(Exit::Usage, format!("cannot replace {name}"))
+                .fact("it is not a .bvhc file, and only those are written over")
+                .help("name another output with -o, or write over it with --force"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The options in META that decide which triangles a file holds; defaults where it does not say.
 pub fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
     let value =
@@ -125,7 +147,7 @@ pub fn build_failure(error: &BuildError) -> Failure {
         BuildError::Cancelled => return Failure::interrupted(),
         BuildError::TooLarge { .. } => Exit::Limit,
         BuildError::Option { .. } | BuildError::NotRead { .. } | BuildError::UnknownName { .. } => Exit::Usage,
-        BuildError::OutOfRange { .. } => Exit::Model,
+        BuildError::OutOfRange { .. } | BuildError::Collapsed { .. } => Exit::Model,
         BuildError::Threads(_) => Exit::Io,
         _ => Exit::Internal,
     };
@@ -147,6 +169,7 @@ pub fn build_failure(error: &BuildError) -> Failure {
         BuildError::UnknownName { nearest: Some(name), .. } => failure.help(format!("did you mean {name}?")),
         BuildError::UnknownName { .. } => failure.help("take one of those"),
         BuildError::OutOfRange { .. } => failure.help("scale the scene down"),
+        BuildError::Collapsed { .. } => failure.help("leave them out with --degenerate drop"),
         BuildError::Threads(_) => failure.help("ask for fewer with --jobs"),
         _ => failure,
     }

@@ -5,6 +5,8 @@
 use super::exit::Exit;
 use super::failure::Failure;
 use super::names;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// The whole file: `target: inputs…`, and with `phony` one empty rule per input, so that Make does not stop when an input
@@ -27,6 +29,25 @@ pub fn render(target: &Path, inputs: &[PathBuf], phony: bool) -> Result<Vec<u8>,
         }
     }
     Ok(out)
+}
+
+/// Refuse to write over a file that is no depfile: one whose first line is not `target: inputs`.
+pub fn may_replace(path: &Path) -> Result<(), Failure> {
+    let Ok(metadata) = path.metadata() else { return Ok(()) };
+    let mut start = Vec::new();
+    let mut read = || File::open(path)?.take(64 << 10).read_to_end(&mut start);
+    if !metadata.is_file() || metadata.len() == 0 || (read().is_ok() && is_rule(&start)) {
+        return Ok(());
+    }
+    Err(Failure::new(Exit::Usage, format!("cannot replace {}", names::path(path)))
+        .fact("it is not a depfile, and only those are written over")
+        .help("name another with --depfile, or write over it with --force"))
+}
+
+fn is_rule(text: &[u8]) -> bool {
+    let line = text.split(|b| *b == b'\n').next().unwrap_or_default().trim_ascii_end();
+    let ends_target = line.ends_with(b":") || line.windows(2).any(|w| w == b": ");
+    ends_target && !line.starts_with(b"#") && !line.starts_with(b"{") && !line.contains(&0)
 }
 
 /// Escape one name: a backslash before a space or `#`, with the backslashes that precede it doubled; `$` as `$$`; a backslash
@@ -88,6 +109,21 @@ mod tests {
         assert_eq!(rendered("o", &["a\\b"], false), "o: \\\n  a\\b\n");
         #[cfg(not(windows))]
         assert_eq!(rendered("o", &["a:b%"], false), "o: \\\n  a\\:b%\n");
+    }
+
+    #[test]
+    fn only_depfiles_are_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let said = |text: &[u8]| {
+            let path = folder.path().join("d");
+            std::fs::write(&path, text).unwrap();
+            may_replace(&path).is_ok()
+        };
+        assert!(said(b"") && said(&render(Path::new("a b"), &["c".into()], true).unwrap()) && said(b"a.o: a.c b.h\n"));
+        assert!(said(&render(Path::new("a"), &[], false).unwrap()) && may_replace(&folder.path().join("none")).is_ok());
+        for model in ["v 0 0 0\n", "# made by: hand\nv 0 0 0\n", "{\"asset\": {}}", "glTF\0: "] {
+            assert!(!said(model.as_bytes()), "{model}");
+        }
     }
 
     #[test]

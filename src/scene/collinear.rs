@@ -7,7 +7,7 @@ use crate::geom::Point;
 /// Three points are collinear in space when they are so in all three coordinate planes. In a plane the test is the sign of
 /// a 2×2 determinant: computed in `f64` with a bound on its rounding error, and only where that does not decide, summed
 /// exactly (Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997).
-pub(super) fn is_collinear([a, b, c]: [Point; 3]) -> bool {
+pub(crate) fn is_collinear([a, b, c]: [Point; 3]) -> bool {
     [(0, 1), (1, 2), (2, 0)].iter().all(|&(x, y)| {
         let pick = |p: Point| [f64::from(p[x]), f64::from(p[y])];
         is_collinear_2d(pick(a), pick(b), pick(c))

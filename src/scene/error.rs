@@ -25,6 +25,9 @@ pub enum SceneError {
     #[error("cannot read {}\n  {reason}", At(path, *line))]
     Malformed { path: PathBuf, line: Option<u64>, reason: String },
 
+    #[error("cannot read {}\n  it has no statement of an OBJ model, such as v or f; it begins with {found}\nhelp: {advice}", path.display())]
+    NotObj { path: PathBuf, found: String, advice: &'static str },
+
     #[error(
         "cannot read {}\n  it has {degenerate} triangles without area and {non_finite} with NaN or infinite positions; the \
          first is triangle {first} of {mesh}\nhelp: leave them out with --degenerate drop",
@@ -75,9 +78,10 @@ impl SceneError {
     pub fn kind(&self) -> ErrorKind {
         match self {
             SceneError::Unreadable { .. } | SceneError::MissingBuffer { .. } => ErrorKind::Io,
-            SceneError::OutsideFolder { .. } | SceneError::Malformed { .. } | SceneError::Degenerate { .. } => {
-                ErrorKind::BadModel
-            }
+            SceneError::OutsideFolder { .. }
+            | SceneError::Malformed { .. }
+            | SceneError::NotObj { .. }
+            | SceneError::Degenerate { .. } => ErrorKind::BadModel,
             SceneError::UnknownFormat { .. }
             | SceneError::UnsupportedExtension { .. }
             | SceneError::UnsupportedVersion { .. } => ErrorKind::Unsupported,

@@ -9,14 +9,19 @@ mod error;
 mod gltf;
 mod obj;
 mod options;
+mod precision;
 mod read;
 mod sanitize;
 mod source;
 mod validate;
 
+pub(crate) use collinear::is_collinear;
 pub use error::{ErrorKind, SceneError};
 pub use options::{Degenerate, Format, ReadOptions};
+pub(crate) use precision::shortest_edges;
+pub use precision::{Loss, local_origin};
 pub use read::{read, read_bytes, read_with};
+pub(crate) use sanitize::drop_triangles;
 pub use source::Progress;
 pub use validate::GeometryError;
 
@@ -29,6 +34,10 @@ pub struct Scene {
     /// In file order (depth-first node order for glTF). A mesh that no instance names is not part of the scene.
     pub instances: Vec<Instance>,
     pub report: ReadReport,
+    /// What rounding the positions cost.
+    pub rounding: Rounding,
+    /// What becomes of triangles that lose their area where an instance puts them: the policy that the scene was read by.
+    pub degenerate: Degenerate,
     /// Every file whose bytes the scene was made from, in the order of first use; the model file itself comes first.
     pub inputs: Vec<InputFile>,
 }
@@ -50,8 +59,11 @@ pub struct Mesh {
 /// One OBJ object/group/material run or one glTF primitive: a row of the file's `GEOM` table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Part {
-    /// Empty if the source names none.
+    /// Of an OBJ its object and group (`Lamp`, `/off` or `Lamp/off`), as `scene/obj/names.rs` writes them; empty if the source names none.
     pub name: String,
+    /// Name of the material: of an OBJ what `usemtl` says, with `%` and two hexadecimal digits for `%` and for bytes that are not UTF-8.
+    /// Empty if the source names none.
+    pub material: String,
     /// Index of the source mesh (glTF mesh index; 0 for OBJ).
     pub source_mesh: u32,
     /// Index of the glTF primitive in its mesh, or of the OBJ run in its file.
@@ -88,6 +100,15 @@ pub struct InputFile {
     pub name: String,
     pub len: u64,
     pub blake3: [u8; 32],
+}
+
+/// What rounding cost the mesh that lost most, in reading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Rounding {
+    /// From the numbers in the file to [`Mesh::positions`], where a file has more digits than `f32`.
+    pub loss: Loss,
+    /// The file's own numbers are of 32 bits, and these lie so far apart where the model is: its shape was lost before it was written.
+    pub rounded_before: Option<f64>,
 }
 
 /// What reading had to drop or repair. All zero for a clean file.

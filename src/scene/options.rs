@@ -69,14 +69,21 @@ impl Format {
             let line = line.trim_ascii_start();
             [b"v ", b"v\t", b"f ", b"f\t", b"o ", b"g "].iter().any(|s| line.starts_with(*s))
         };
-        let found = !is_binary(bytes) && bytes.split(|&b| b == b'\n' || b == b'\r').any(is_statement);
+        let bytes = without_padding(bytes);
+        let found = !bytes.contains(&0) && bytes.split(|&b| b == b'\n' || b == b'\r').any(is_statement);
         found.then_some(Format::Obj)
     }
 }
 
 pub(super) const BOM: &[u8] = b"\xef\xbb\xbf";
 
-/// A NUL byte near the start: no text format has one.
-pub(super) fn is_binary(bytes: &[u8]) -> bool {
-    bytes.iter().take(4096).any(|&b| b == 0)
+/// A text file without what programs leave behind its last line: NUL bytes, which pad blocks, and the end mark of DOS, with spaces
+/// and line ends among them. Anywhere else a NUL belongs to no text.
+pub(super) fn without_padding(bytes: &[u8]) -> &[u8] {
+    let padding = |b: &u8| matches!(b, 0 | 0x1a) || b.is_ascii_whitespace();
+    let end = bytes.iter().rposition(|b| !padding(b)).map_or(0, |last| last + 1);
+    match bytes[end..].contains(&0) || bytes[end..].contains(&0x1a) {
+        true => &bytes[..end],
+        false => bytes,
+    }
 }

@@ -1,4 +1,3 @@
-use super::options::is_binary;
 use super::source::{Progress, Source};
 use super::{Format, ReadOptions, Scene, SceneError, gltf, obj, sanitize};
 use std::path::Path;
@@ -42,14 +41,12 @@ fn parse(bytes: Vec<u8>, format: Option<Format>, mut source: Source) -> Result<S
         None => Format::sniff(&bytes).ok_or_else(unknown)?,
     };
     let mut scene = match format {
-        Format::Obj if is_binary(&bytes) => {
-            return Err(SceneError::malformed(source.path, "it is binary data, and an OBJ model is text"));
-        }
         Format::Obj => obj::parse(bytes, &mut source)?,
         Format::Gltf => gltf::parse(bytes, &mut source)?,
     };
     sanitize::sanitize(&mut scene, &source)?;
     source.finish();
+    scene.degenerate = source.options.degenerate;
     scene.inputs = source.inputs;
     Ok(scene)
 }

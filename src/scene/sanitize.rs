@@ -123,11 +123,11 @@ fn clean(mesh: &mut Mesh, policy: Degenerate) -> Found {
 }
 
 /// Remove the triangles numbered in `dropped`, which ascends, and move the parts' bounds with them.
-fn drop_triangles(mesh: &mut Mesh, dropped: &[u32]) {
+pub(crate) fn drop_triangles(mesh: &mut Mesh, dropped: &[u32]) {
     let mut next = dropped.iter().peekable();
     let kept: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|i| next.next_if_eq(&i).is_none()).collect();
+    mesh.source_prims = kept.iter().map(|&i| mesh.source_prim(i as usize)).collect();
     mesh.triangles = kept.iter().map(|&i| mesh.triangles[i as usize]).collect();
-    mesh.source_prims = kept;
     for part in &mut mesh.parts {
         let before = |i: u32| dropped.partition_point(|&d| d < i) as u32;
         let (start, end) = (part.first_triangle, part.first_triangle + part.triangle_count);

@@ -8,6 +8,7 @@
 //! |---|---|
 //! | `plan`, `subject`, `stored` | what is traced, through what, and what the file itself says that it holds |
 //! | `run`, `outcome`, `origin` | the pipeline, what it came to, and which triangle of the scene a hit names |
+//! | `placing` | whether the triangles are where the model has them |
 //! | `blame` | the record that makes a ray go wrong |
 //! | `replay`, `ray_text` | one ray again, with a log; a ray as text |
 //! | `record`, `device`, `cpu`, `opencl` | what devices read, write and are |
@@ -21,6 +22,7 @@ mod device;
 pub mod opencl;
 mod origin;
 mod outcome;
+mod placing;
 mod plan;
 mod ray_text;
 mod record;
@@ -36,6 +38,7 @@ pub use blame::Blame;
 pub use cpu::Cpu;
 pub use device::{Device, DeviceError, Query};
 pub use outcome::{Class, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Outcome};
+pub use placing::{Placed, placed};
 pub use plan::{Asked, Batch, Plan, Reference};
 pub use ray_text::{read_ray, write_ray};
 pub use record::{HitRecord, NO_HIT, NO_INSTANCE, RayRecord};

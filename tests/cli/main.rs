@@ -11,6 +11,8 @@ mod documents;
 mod inputs;
 mod inspect;
 mod interrupt;
+mod outputs;
+mod precision;
 mod streams;
 mod surfaces;
 mod verify;

@@ -1,22 +1,32 @@
-//! One level: every instance's triangles in one mesh, in world space.
+//! Several instances in one tree: their triangles in one mesh, in the world or about an origin.
 
 use crate::build::error::{BuildError, Remedy};
 use crate::build::top_down::driver::MAX_REFS;
 use crate::exec::Executor;
 use crate::geom::{Affine, Point};
-use crate::scene::{Instance, Mesh, Part};
+use crate::scene::{Degenerate, Instance, Mesh, Part, drop_triangles, is_collinear};
 
-/// Merge the instances, in order, into one mesh.
+/// Merge instances, in order, into one mesh whose coordinates are measured from `origin`.
 ///
 /// Each vertex is moved in `f64` and rounded once. A mirroring transform turns a triangle's winding around and that is
 /// left so: intersection does not cull, and the hit point and its barycentric coordinates stay those of the source's
 /// corner order. Parts and source numbers stay those of the source; [`Part::baked_node`] tells copies of one part from
-/// each other. A single instance at the identity is moved, not copied, and stays unmarked.
-pub(super) fn bake(mut meshes: Vec<Mesh>, instances: &[Instance], exec: &Executor) -> Result<Mesh, BuildError> {
+/// each other. A single instance that need not be moved is taken, not copied, and stays unmarked unless it must be `told` from others.
+pub(super) fn bake(
+    meshes: &mut [Mesh],
+    instances: &[&Instance],
+    origin: [f64; 3],
+    told: bool,
+    exec: &Executor,
+) -> Result<Mesh, BuildError> {
     if let [only] = instances
-        && only.transform == Affine::IDENTITY
+        && only.transform.about(origin) == Affine::IDENTITY
     {
-        return Ok(std::mem::take(&mut meshes[only.mesh as usize]));
+        let mut mesh = std::mem::take(&mut meshes[only.mesh as usize]);
+        if told {
+            mesh.parts.iter_mut().for_each(|part| part.baked_node = Some(only.node));
+        }
+        return Ok(mesh);
     }
 
     // Both counts must fit 32-bit indices.
@@ -40,10 +50,43 @@ pub(super) fn bake(mut meshes: Vec<Mesh>, instances: &[Instance], exec: &Executo
         parts: Vec::new(),
     };
     for (index, instance) in instances.iter().enumerate() {
-        append(&mut out, &meshes[instance.mesh as usize], instance, exec)
+        append(&mut out, &meshes[instance.mesh as usize], instance, origin, exec)
             .ok_or(BuildError::OutOfRange { instance: index, mesh: instance.mesh })?;
     }
     Ok(out)
+}
+
+/// Apply the policy to triangles that have lost their area where the instances put them, and count those.
+///
+/// `mesh` is what baking made of `meshes` by `instances`. Triangles that had none before were judged when they were read.
+pub(super) fn drop_collapsed(
+    mesh: &mut Mesh,
+    meshes: &[Mesh],
+    instances: &[&Instance],
+    policy: Degenerate,
+    exec: &Executor,
+) -> Result<u64, BuildError> {
+    let (mut collapsed, mut first) = (Vec::new(), 0);
+    for instance in instances {
+        let source = &meshes[instance.mesh as usize];
+        let numbers: Vec<u32> = (0..source.triangles.len() as u32).collect();
+        let found = exec.map_chunks(&numbers, CHUNK, |_, chunk| {
+            let is_new = |i: &&u32| {
+                is_collinear(mesh.corners(first + **i as usize)) && !is_collinear(source.corners(**i as usize))
+            };
+            chunk.iter().filter(is_new).map(|i| first as u32 + i).collect::<Vec<u32>>()
+        });
+        if let (Degenerate::Error, Some(i)) = (policy, found.iter().flatten().next()) {
+            let (count, prim) = (found.iter().flatten().count(), mesh.source_prim(*i as usize));
+            return Err(BuildError::Collapsed { count, prim, mesh: source.name.clone(), node: instance.node });
+        }
+        collapsed.extend(found.into_iter().flatten());
+        first += source.triangles.len();
+    }
+    if policy == Degenerate::Drop && !collapsed.is_empty() {
+        drop_triangles(mesh, &collapsed);
+    }
+    Ok(collapsed.len() as u64)
 }
 
 /// What one more instance of a mesh adds to the merged mesh.
@@ -56,15 +99,16 @@ pub(super) fn bytes_of_copy(mesh: &Mesh) -> u64 {
 const CHUNK: usize = 1 << 14;
 
 /// `None` where a vertex leaves the range of `f32`.
-fn append(out: &mut Mesh, mesh: &Mesh, instance: &Instance, exec: &Executor) -> Option<()> {
+fn append(out: &mut Mesh, mesh: &Mesh, instance: &Instance, origin: [f64; 3], exec: &Executor) -> Option<()> {
+    let to_tree = instance.transform.about(origin);
     let (first_position, first_triangle) = (out.positions.len(), out.triangles.len() as u32);
 
     // Only positions that a triangle uses must be finite, so unused ones are kept as they are to keep indices simple.
     out.positions.extend_from_slice(&mesh.positions);
-    if instance.transform != Affine::IDENTITY {
+    if to_tree != Affine::IDENTITY {
         exec.map_chunks_mut(&mut out.positions[first_position..], CHUNK, |_, chunk| {
             for p in chunk {
-                *p = instance.transform.bake(*p);
+                *p = to_tree.bake(*p);
             }
         });
     }

@@ -1,39 +1,39 @@
 //! A whole scene: decide between one level and two, build every tree, and hand over what a cache file stores.
 
 mod bake;
+mod place;
+mod plan;
 pub mod tlas;
 
-use self::bake::bake;
+use self::bake::{bake, drop_collapsed};
+use self::plan::{Plan, loss_about, shift_meshes, visible};
 use crate::build::agglomerative;
 use crate::build::decide_tree;
 use crate::build::error::{BuildError, Remedy};
 use crate::build::presplit;
 use crate::build::prim_ref::PrimRef;
 use crate::build::progress::Progress;
-use crate::build::recipe::options::{BuildOptions, Levels, Method};
+use crate::build::recipe::options::{BuildOptions, Method};
 use crate::build::search;
 use crate::build::spatial::budgeted_slots;
 use crate::build::sweep;
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
-use crate::scene::{Instance, Mesh, Part, Scene};
+use crate::scene::{Instance, Loss, Mesh, Part, Scene};
 use crate::tree::{Accel, Tree};
 
 /// Most instances of a two-level file.
 pub const MAX_INSTANCES: u64 = 1 << 24;
 
-/// How many levels a scene is built with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Plan {
-    One,
-    Two,
-}
-
 /// Triangles that [`compile`] will report through [`Progress::advance`].
 pub fn primitives_to_build(scene: &Scene, options: &BuildOptions) -> u64 {
-    match plan(scene, options) {
-        Plan::One => scene.instances.iter().filter_map(|i| scene.meshes.get(i.mesh as usize)).map(triangles).sum(),
-        Plan::Two => {
+    primitives(scene, &Plan::of(scene, options.levels))
+}
+
+fn primitives(scene: &Scene, plan: &Plan) -> u64 {
+    match plan {
+        Plan::One | Plan::Groups(_) => visible(scene).map(|(_, mesh)| triangles(mesh)).sum(),
+        Plan::Meshes { .. } => {
             let used = used_meshes(scene);
             scene.meshes.iter().zip(used).filter(|(_, used)| *used).map(|(mesh, _)| triangles(mesh)).sum()
         }
@@ -43,11 +43,15 @@ pub fn primitives_to_build(scene: &Scene, options: &BuildOptions) -> u64 {
 /// Bytes that [`compile`] sets aside before it builds, which nothing in the model's own size bounds: the copies that
 /// flattening makes, and the references with their duplicates. The nodes come on top, about as much again.
 pub fn bytes_to_reserve(scene: &Scene, options: &BuildOptions) -> u64 {
+    bytes_by_plan(scene, &Plan::of(scene, options.levels), options)
+}
+
+fn bytes_by_plan(scene: &Scene, plan: &Plan, options: &BuildOptions) -> u64 {
     if options.method.is_search() {
-        let of_one = |recipe: BuildOptions| bytes_to_reserve(scene, &recipe);
+        let of_one = |recipe: BuildOptions| bytes_by_plan(scene, plan, &recipe);
         return search::candidates(options).into_iter().map(of_one).max().unwrap_or(0);
     }
-    let triangles = usize::try_from(primitives_to_build(scene, options)).unwrap_or(usize::MAX);
+    let triangles = usize::try_from(primitives(scene, plan)).unwrap_or(usize::MAX);
     let references = match options.method {
         Method::Sbvh => budgeted_slots(triangles, options.split_budget),
         _ => presplit::budgeted(triangles, options.presplit),
@@ -58,10 +62,9 @@ pub fn bytes_to_reserve(scene: &Scene, options: &BuildOptions) -> u64 {
         Method::Binned | Method::Bonsai | Method::Sbvh | Method::Auto | Method::Best => 0,
     };
     let of_references = (references as u64).saturating_mul(size_of::<PrimRef>() as u64 + beside);
-    let copied = match plan(scene, options) {
-        Plan::One if scene.instances.len() > 1 => {
-            let shown = scene.instances.iter().filter_map(|i| scene.meshes.get(i.mesh as usize));
-            shown.fold(0u64, |sum, mesh| sum.saturating_add(bake::bytes_of_copy(mesh)))
+    let copied = match plan {
+        Plan::One | Plan::Groups(_) if scene.instances.len() > 1 => {
+            visible(scene).fold(0u64, |sum, (_, mesh)| sum.saturating_add(bake::bytes_of_copy(mesh)))
         }
         _ => 0,
     };
@@ -79,11 +82,24 @@ pub fn compile(
     progress: &dyn Progress,
 ) -> Result<Accel, BuildError> {
     options.validate()?;
-    let LaidOut { meshes, instances } = lay_out(scene, options, exec)?;
-    match instances {
-        None => one_level(meshes, options, exec, progress),
-        Some(instances) => two_levels(meshes, instances, options, exec, progress),
-    }
+    compile_laid_out(lay_out(scene, options, exec)?, options, exec, progress)
+}
+
+/// The rest of [`compile`] after [`lay_out`].
+pub fn compile_laid_out(
+    laid: LaidOut,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<Accel, BuildError> {
+    options.validate()?;
+    let LaidOut { meshes, instances, placing } = laid;
+    let mut accel = match instances {
+        None => one_level(meshes, options, exec, progress)?,
+        Some(instances) => two_levels(meshes, instances, options, exec, progress)?,
+    };
+    accel.notes.extend(placing.notes);
+    Ok(accel)
 }
 
 /// The geometry that a scene's trees index.
@@ -93,38 +109,122 @@ pub struct LaidOut {
     pub meshes: Vec<Mesh>,
     /// What the TLAS's references index; `None` for one level, which has at most one mesh, in world space.
     pub instances: Option<Vec<Instance>>,
+    pub placing: Placing,
+}
+
+/// What putting the meshes where their instances stand cost.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Placing {
+    /// Triangles that had an area in their mesh and have none where they stand. They are left out or stay as [`Scene::degenerate`] says.
+    pub collapsed: u64,
+    /// How far rounding moves corners, of the instance that it costs most. Where it is a matrix that is rounded, in the mesh's own unit.
+    pub loss: Loss,
+    /// Why trees have origins of their own, for people.
+    pub notes: Vec<String>,
 }
 
 /// [`compile`] without the trees: what a file of this scene holds, to build over or to compare a file with.
 pub fn lay_out(scene: Scene, options: &BuildOptions, exec: &Executor) -> Result<LaidOut, BuildError> {
-    let plan = plan(&scene, options);
     scene.validate(exec)?;
-    let (meshes, instances) = keep_visible(scene);
-    match plan {
-        _ if instances.is_empty() => Ok(LaidOut::default()),
-        Plan::One => {
-            let mesh = exec.run(|| bake(meshes, &instances, exec))?;
-            Ok(LaidOut { meshes: vec![mesh], instances: None })
+    let plan = Plan::of(&scene, options.levels);
+    let policy = scene.degenerate;
+    let (mut meshes, instances) = keep_visible(scene);
+    if instances.is_empty() {
+        return Ok(LaidOut::default());
+    }
+    let mut placing = Placing { notes: plan.notes(), ..Placing::default() };
+    let mut merge = |some: &[&Instance], origin: [f64; 3], told: bool, meshes: &mut [Mesh]| {
+        placing.note(worst_about(some, meshes, origin));
+        let mut mesh = exec.run(|| bake(meshes, some, origin, told, exec))?;
+        // What was taken as it is has lost nothing.
+        let moved = some.iter().all(|i| !meshes[i.mesh as usize].triangles.is_empty());
+        if moved {
+            placing.collapsed += exec.run(|| drop_collapsed(&mut mesh, meshes, some, policy, exec))?;
         }
-        Plan::Two => Ok(LaidOut { meshes, instances: Some(instances) }),
+        Ok::<Mesh, BuildError>(mesh)
+    };
+    let laid = match plan {
+        Plan::One => {
+            let all: Vec<&Instance> = instances.iter().collect();
+            let mesh = merge(&all, [0.0; 3], false, &mut meshes)?;
+            LaidOut { meshes: vec![mesh], instances: None, placing }
+        }
+        Plan::Groups(groups) => {
+            let told = instances.len() > 1;
+            let (mut merged, mut places) = (Vec::new(), Vec::new());
+            for group in &groups {
+                let some: Vec<&Instance> = group.instances.iter().map(|i| &instances[*i]).collect();
+                merged.push(merge(&some, group.origin, told, &mut meshes)?);
+                some.iter().for_each(|i| meshes[i.mesh as usize] = Mesh::default());
+                let (node, name) = match some[..] {
+                    [only] => (only.node, only.name.clone()),
+                    _ => (NO_NODE, String::new()),
+                };
+                let (mesh, transform) = (places.len() as u32, Affine::translation(group.origin));
+                places.push(Instance { mesh, transform, node, name });
+            }
+            LaidOut { meshes: merged, instances: Some(places), placing }
+        }
+        Plan::Meshes { apart } => {
+            let mut instances = instances;
+            for (instance, origin) in instances.iter_mut().zip(apart) {
+                let Some(origin) = origin else { continue };
+                let mesh = merge(&[instance], origin, true, &mut meshes)?;
+                meshes[instance.mesh as usize] = mesh;
+                instance.transform = Affine::translation(origin);
+            }
+            let mut laid = LaidOut { meshes, instances: Some(instances), placing };
+            let loss = shift_meshes(&mut laid);
+            laid.placing.note(loss);
+            laid
+        }
+    };
+    Ok(without_empty(laid))
+}
+
+/// What baking costs the instance that loses most; told from all its triangles where that is much.
+fn worst_about(instances: &[&Instance], meshes: &[Mesh], origin: [f64; 3]) -> Loss {
+    let loss = |i: &Instance, most: usize| loss_about(i, &meshes[i.mesh as usize], origin, most);
+    let sample = plan::sample(instances.len());
+    let losses = instances.iter().map(|i| (i, loss(i, sample)));
+    match losses.reduce(|a, b| if a.1.share >= b.1.share { a } else { b }) {
+        Some((i, worst)) if !worst.is_tolerable() => loss(i, usize::MAX),
+        Some((_, worst)) => worst,
+        None => Loss::default(),
     }
 }
 
-fn plan(scene: &Scene, options: &BuildOptions) -> Plan {
-    match options.levels {
-        Levels::One => Plan::One,
-        Levels::Two => Plan::Two,
-        Levels::Auto => {
-            let mut uses = vec![0u32; scene.meshes.len()];
-            for i in &scene.instances {
-                if let Some(n) = uses.get_mut(i.mesh as usize) {
-                    *n = n.saturating_add(1);
-                }
-            }
-            let shared = uses.iter().zip(&scene.meshes).any(|(&n, mesh)| n > 1 && !mesh.triangles.is_empty());
-            if shared { Plan::Two } else { Plan::One }
+/// For an instance of geometry that several nodes placed.
+const NO_NODE: u32 = u32::MAX;
+
+impl Placing {
+    fn note(&mut self, loss: Loss) {
+        if loss.share > self.loss.share || self.loss == Loss::default() {
+            self.loss = loss;
         }
     }
+}
+
+/// Leave out meshes that lost all their triangles, with their instances.
+fn without_empty(laid: LaidOut) -> LaidOut {
+    if laid.meshes.iter().all(|m| !m.triangles.is_empty()) {
+        return laid;
+    }
+    let mut kept = 0;
+    let numbers: Vec<Option<u32>> = laid
+        .meshes
+        .iter()
+        .map(|m| {
+            let number = (!m.triangles.is_empty()).then_some(kept);
+            kept += u32::from(number.is_some());
+            number
+        })
+        .collect();
+    let meshes: Vec<Mesh> = laid.meshes.into_iter().filter(|m| !m.triangles.is_empty()).collect();
+    let renumber = |i: Instance| numbers[i.mesh as usize].map(|mesh| Instance { mesh, ..i });
+    let instances = laid.instances.map(|all| all.into_iter().filter_map(renumber).collect::<Vec<_>>());
+    let instances = instances.filter(|some| !some.is_empty());
+    LaidOut { meshes, instances, placing: laid.placing }
 }
 
 fn triangles(mesh: &Mesh) -> u64 {

@@ -30,6 +30,9 @@ pub struct ConvertArgs {
     /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3)
     #[arg(long, value_name = "raw|zstd[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
     codec: Codec,
+    /// Write over a file that is no cache, too
+    #[arg(short, long)]
+    force: bool,
     /// Leave out the provenance; `bvhc build` then takes the file for out of date
     #[arg(long)]
     drop_meta: bool,
@@ -54,6 +57,9 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::Usage, "cannot convert a file into itself")
             .fact(format!("{} and {} are one file", names::path(&args.input), names::path(&args.output)))
             .help("name another output with -o"));
+    }
+    if !args.force {
+        caches::may_replace(&args.output)?;
     }
     let write = WriteOptions { codec: args.codec, ..WriteOptions::default() };
     let options = ConvertOptions { write, strip_unknown: args.strip_unknown, drop_meta: args.drop_meta };

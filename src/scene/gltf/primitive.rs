@@ -74,6 +74,7 @@ pub(super) fn mesh(
         if count > 0 {
             mesh.parts.push(Part {
                 name: String::new(),
+                material: String::new(),
                 source_mesh: index as u32,
                 source_part: number as u32,
                 baked_node: None,

@@ -4,21 +4,39 @@
 //! bytes ─ statements: checked, counted, reduced to v and f ─▶ tobj ─▶ models ─ polygon: triangles ─▶ one Mesh
 //! ```
 //!
-//! The whole file is one mesh; every run of faces with one group and material is one part. Normals, texture coordinates,
-//! colours and MTL files carry no geometry and are not read. A fourth coordinate divides the other three.
+//! The whole file is one mesh; every run of faces of one object, one group and one material is one part, in the file's order. Normals,
+//! texture coordinates, colours and MTL files carry no geometry and are not read. A fourth coordinate divides the other three.
+//!
+//! **From a triangle back to its face.** A face of `n` corners becomes `n - 2` triangles, always, whatever its shape. They are numbered
+//! through the whole file in the order of its faces, from 0, before any is dropped: that is the number that a hit brings back (`prim`).
+//! So the triangles of face `k`, counting `f` statements of at least three corners from 0, are `S(k) … S(k + 1) - 1` with `S(k)` the sum of `n - 2`
+//! over the faces before it; in a file of triangles alone it is `k` itself. [`Part::first_prim`] and [`Part::prim_count`] count the same
+//! numbers. Which corners of its face each triangle has is told by its positions: cutting makes no new ones.
+//!
+//! **Coordinates** are read as `f64`. Where `f32` would lose the shape, as with map coordinates, they are measured from a place beside
+//! the model, and the instance puts the mesh back there.
 
+mod names;
 mod polygon;
 mod statements;
 mod words;
 
+use super::options::without_padding;
+use super::precision::{self, Loss};
 use super::source::Source;
-use super::{Instance, Mesh, Part, Scene, SceneError};
+use super::{Instance, Mesh, Part, Rounding, Scene, SceneError};
 use crate::geom::{Affine, Point};
 use polygon::Triangulator;
-use statements::Statements;
+use statements::{PartName, Statements};
 
 pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneError> {
-    let mut statements = Statements::new(&bytes, source);
+    let text = without_padding(&bytes);
+    if let Some(nul) = text.iter().position(|b| *b == 0) {
+        let line = 1 + text[..nul].iter().filter(|b| **b == b'\n').count() as u64;
+        let reason = "it has a NUL byte, so it is binary data or damaged, and an OBJ model is text";
+        return Err(SceneError::malformed_line(source.path, line, reason));
+    }
+    let mut statements = Statements::new(text, source);
     let loaded =
         tobj::load_obj_buf(&mut statements, &tobj::LoadOptions::default(), |_| Ok((Vec::new(), Default::default())));
     let counts = statements.finish(loaded.as_ref().err())?;
@@ -28,21 +46,24 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
     // Join the models. tobj numbers each model's positions anew, so a position that two models share is stored twice.
     let mut mesh =
         Mesh { name: source.path.file_stem().unwrap_or_default().to_string_lossy().into(), ..Mesh::default() };
+    let mut positions: Vec<[f64; 3]> = Vec::new();
     let mut cut = Triangulator::default();
     for tobj::Model { mesh: model, name } in models {
-        let positions = mesh.positions.len() as u64 + model.positions.len() as u64 / 3;
-        if positions > u64::from(u32::MAX) {
-            let what = format!("its parts have {positions} positions in all, shared ones counted for each");
+        let count = positions.len() as u64 + model.positions.len() as u64 / 3;
+        if count > u64::from(u32::MAX) {
+            let what = format!("its parts have {count} positions in all, shared ones counted for each");
             return Err(SceneError::TooMany { path: source.path.to_owned(), what, limit: u32::MAX.into() });
         }
-        let base = mesh.positions.len() as u32;
-        mesh.positions.extend(model.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]] as Point));
+        let base = positions.len() as u32;
+        positions.extend(model.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]));
         let first_triangle = mesh.triangles.len() as u32;
-        add_faces(&model, base, &mut mesh, &mut cut, source)?;
+        add_faces(&model, base, &positions, &mut mesh.triangles, &mut cut, source)?;
         let triangle_count = mesh.triangles.len() as u32 - first_triangle;
         if triangle_count > 0 {
+            let PartName { name, material } = counts.part_name(&name);
             mesh.parts.push(Part {
-                name: counts.part_name(&name),
+                name,
+                material,
                 source_mesh: 0,
                 source_part: mesh.parts.len() as u32,
                 baked_node: None,
@@ -58,22 +79,59 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
     scene.report.skipped_primitives = counts.skipped;
     scene.report.unreferenced_positions = counts.unreferenced;
     if !mesh.triangles.is_empty() {
+        let (origin, rounding) = origin_for(&positions, &mesh.triangles);
+        mesh.positions = positions.iter().map(|p| stored(*p, origin)).collect();
+        scene.rounding = rounding;
         scene.meshes.push(mesh);
-        scene.instances.push(Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() });
+        let transform = Affine::translation(origin);
+        scene.instances.push(Instance { mesh: 0, transform, node: 0, name: String::new() });
     }
     Ok(scene)
 }
 
-/// Append one model's faces, whose positions start at `base` of the mesh.
+/// Where to measure the positions from, and what is lost all the same. It is the file's own origin, unless `f32` cannot hold the shape from
+/// there and can from a place beside it.
+fn origin_for(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ([f64; 3], Rounding) {
+    let exact = |v: u32| positions[v as usize];
+    let about = |origin: [f64; 3]| {
+        move |v: u32| {
+            let p = stored(positions[v as usize], origin);
+            [0, 1, 2].map(|a| f64::from(p[a]) + origin[a])
+        }
+    };
+    let from_zero = Loss::of(triangles, Loss::SAMPLE, exact, about([0.0; 3]));
+    let rounded_before = precision::rounded_before(triangles, exact, from_zero.edge);
+    if from_zero.is_tolerable() {
+        return ([0.0; 3], Rounding { loss: from_zero, rounded_before });
+    }
+    let is_usable = |v: &u32| exact(*v).iter().all(|c| (*c as f32).is_finite());
+    let used = triangles.iter().filter(|t| t.iter().all(is_usable)).flatten();
+    let bounds = used.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[min, max], v| {
+        let p = exact(*v);
+        [[0, 1, 2].map(|a| min[a].min(p[a])), [0, 1, 2].map(|a| max[a].max(p[a]))]
+    });
+    let [near, far] =
+        [precision::local_origin(bounds), [0.0; 3]].map(|o| (o, Loss::of(triangles, usize::MAX, exact, about(o))));
+    let (origin, loss) = if near.1.share < far.1.share { near } else { far };
+    (origin, Rounding { loss, rounded_before })
+}
+
+/// A position as an `f32` measured from `origin`.
+fn stored(p: [f64; 3], origin: [f64; 3]) -> Point {
+    [0, 1, 2].map(|a| (p[a] - origin[a]) as f32)
+}
+
+/// Append one model's faces, whose positions start at `base`.
 fn add_faces(
     model: &tobj::Mesh,
     base: u32,
-    mesh: &mut Mesh,
+    positions: &[[f64; 3]],
+    triangles: &mut Vec<[u32; 3]>,
     cut: &mut Triangulator,
     source: &Source,
 ) -> Result<(), SceneError> {
     if model.face_arities.is_empty() {
-        mesh.triangles.extend(model.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|v| v + base)));
+        triangles.extend(model.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|v| v + base)));
         return Ok(());
     }
     let mut rest = model.indices.as_slice();
@@ -98,7 +156,7 @@ fn add_faces(
                 limit: polygon::MAX_LARGE_WORK,
             });
         }
-        cut.add(&corners, &mesh.positions, &mut mesh.triangles);
+        cut.add(&corners, positions, triangles);
     }
     Ok(())
 }

@@ -1,6 +1,5 @@
 //! Faces into triangles.
 
-use crate::geom::Point;
 use crate::geom::vector::{cross, dot, sub};
 use earcut::Earcut;
 use std::collections::HashMap;
@@ -39,10 +38,10 @@ impl Triangulator {
     /// Concave faces are cut along diagonals inside them: by the two diagonals' signs for quadrilaterals, by ear clipping in
     /// the plane for more corners. A face that crosses itself, has no area or is not finite becomes a fan about its
     /// first corner, as most readers make of every face.
-    pub fn add(&mut self, corners: &[u32], positions: &[Point], out: &mut Vec<[u32; 3]>) {
+    pub fn add(&mut self, corners: &[u32], positions: &[[f64; 3]], out: &mut Vec<[u32; 3]>) {
         let n = corners.len();
         let first = out.len();
-        let at = |i: usize| positions[corners[i] as usize].map(f64::from);
+        let at = |i: usize| positions[corners[i] as usize];
         match n {
             0..=2 => return,
             3 => {}

@@ -1,3 +1,4 @@
+use super::names::{part_name, readable};
 use super::words::{Words, parse_digits, split_word};
 use crate::scene::SceneError;
 use crate::scene::options::BOM;
@@ -28,33 +29,53 @@ pub(super) struct Statements<'a, 's> {
     /// Vertex numbers that faces use before their positions are there, and the largest of them with its line.
     ahead: Vec<u64>,
     farthest: Option<(u64, u64)>,
-    group: String,
-    material: String,
-    parts: Vec<String>,
-    part_changed: bool,
+    /// What the statements so far say of the next face, and what held for the latest.
+    run: Run<'a>,
+    latest: Option<Run<'a>>,
+    parts: Vec<PartName>,
     skipped: u64,
+    /// Whether any line is a statement that OBJ files are made of, and the first line that is none and no comment either.
+    is_obj: bool,
+    foreign: Option<&'a [u8]>,
     /// Bytes of memory noted but not yet charged, and bytes of text not yet reported as done.
     unpaid: u64,
     unreported: u64,
     failure: Option<SceneError>,
 }
 
+/// What a face belongs to, as bytes. Faces next to each other that belong to the same are one part.
+#[derive(Clone, Copy, Default, PartialEq)]
+struct Run<'a> {
+    /// How many `o` there were: two objects of one name are two.
+    objects: u64,
+    object: &'a [u8],
+    group: &'a [u8],
+    material: &'a [u8],
+}
+
+/// What a part is called; see [`part_name`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct PartName {
+    pub name: String,
+    pub material: String,
+}
+
 /// What only this reader knows about the file.
 pub(super) struct Counts {
     pub skipped: u64,
     pub unreferenced: u64,
-    parts: Vec<String>,
+    parts: Vec<PartName>,
 }
 
 impl Counts {
-    /// The name of the part that `tobj` knows by number. Faces before the first group have no name.
-    pub fn part_name(&self, number: &str) -> String {
+    /// The names of the part that `tobj` knows by number.
+    pub fn part_name(&self, number: &str) -> PartName {
         number.parse::<usize>().ok().and_then(|n| self.parts.get(n)).cloned().unwrap_or_default()
     }
 }
 
-/// What `tobj` and this reader hold for each position (the list itself, the model's copy, the index map's entry) …
-const BYTES_PER_POSITION: u64 = 64;
+/// What `tobj` and this reader hold for each position (the list itself, the model's copy, the index map's entry, the mesh's) …
+const BYTES_PER_POSITION: u64 = 112;
 /// … for each face (`tobj`'s enum) and for each corner (its three indices, the model's index, our triangle).
 const BYTES_PER_FACE: u64 = 112;
 const BYTES_PER_CORNER: u64 = 48;
@@ -74,11 +95,12 @@ impl<'a, 's> Statements<'a, 's> {
             triangles: 0,
             ahead: Vec::new(),
             farthest: None,
-            group: String::new(),
-            material: String::new(),
+            run: Run::default(),
+            latest: None,
             parts: Vec::new(),
-            part_changed: false,
             skipped: 0,
+            is_obj: false,
+            foreign: None,
             unpaid: 0,
             unreported: 0,
             failure: None,
@@ -108,6 +130,9 @@ impl<'a, 's> Statements<'a, 's> {
             };
             return Err(SceneError::malformed_line(self.source.path, self.line, reason));
         }
+        if let Some(line) = self.foreign.filter(|_| !self.is_obj) {
+            return Err(not_obj(line, self.source));
+        }
         for vertex in self.ahead.drain(..) {
             self.used[vertex as usize - 1] = true;
         }
@@ -134,12 +159,16 @@ impl<'a, 's> Statements<'a, 's> {
             let line = self.take_line();
             let length = before.len() - self.rest.len();
             let trimmed = line.trim_ascii();
+            self.note_keyword(trimmed);
             if trimmed.last() == Some(&b'\\') && !is_name_statement(trimmed) {
                 let joined = self.join_lines(trimmed);
                 let joined = joined.trim_ascii();
+                self.is_obj |= KEYWORDS.contains(&split_word(joined).0);
                 if self.statement(joined)? {
                     self.write_line(joined);
                 }
+            } else if self.name(trimmed) {
+                // Names are kept as they stand in the file.
             } else if self.statement(trimmed)? {
                 match before[length - 1] {
                     b'\n' if self.out.is_empty() => self.plain = &before[..length],
@@ -185,6 +214,32 @@ impl<'a, 's> Statements<'a, 's> {
         joined
     }
 
+    /// Note whether a line speaks for or against the file being an OBJ model.
+    fn note_keyword(&mut self, line: &'a [u8]) {
+        let keyword = split_word(line).0;
+        if KEYWORDS.contains(&keyword) {
+            self.is_obj = true;
+        } else if self.foreign.is_none() && !line.is_empty() && !line.starts_with(b"#") && line != b"\\" {
+            self.foreign = Some(line);
+        }
+    }
+
+    /// Take in a statement that names what the faces after it belong to. False for any other statement.
+    fn name(&mut self, line: &'a [u8]) -> bool {
+        let (keyword, name) = split_word(line);
+        let name = name.trim_ascii();
+        match keyword {
+            b"o" => {
+                self.run.objects += 1;
+                self.run.object = name;
+            }
+            b"g" => self.run.group = name,
+            b"usemtl" => self.run.material = name,
+            _ => return false,
+        }
+        true
+    }
+
     fn write_line(&mut self, line: &[u8]) {
         self.out.extend_from_slice(line);
         self.out.push(b'\n');
@@ -205,14 +260,6 @@ impl<'a, 's> Statements<'a, 's> {
                 self.write_line(arguments);
             }
             b"l" | b"p" | b"curv" | b"curv2" | b"surf" => self.skipped += 1,
-            b"o" | b"g" => {
-                self.group = name(arguments);
-                self.part_changed = true;
-            }
-            b"usemtl" => {
-                self.material = name(arguments);
-                self.part_changed = true;
-            }
             _ => {}
         }
         Ok(false)
@@ -328,20 +375,17 @@ impl<'a, 's> Statements<'a, 's> {
         }
     }
 
-    /// Tell `tobj` that a part begins, if the group or the material is another than that of the last face.
+    /// Tell `tobj` that a part begins, if this face belongs to something else than the latest.
     fn start_part(&mut self) {
-        if !std::mem::take(&mut self.part_changed) {
+        if self.latest == Some(self.run) {
             return;
         }
-        let name = match (self.group.as_str(), self.material.as_str()) {
-            (group, "") => group.to_owned(),
-            (group, material) => format!("{group}/{material}"),
-        };
-        if self.parts.last() != Some(&name) {
-            self.unpaid += name.len() as u64 + size_of::<String>() as u64 + 512; // and tobj's model
-            self.out.extend_from_slice(format!("g {}\n", self.parts.len()).as_bytes());
-            self.parts.push(name);
-        }
+        self.latest = Some(self.run);
+        let Run { object, group, material, .. } = self.run;
+        let part = PartName { name: part_name(object, group), material: readable(material, "%") };
+        self.unpaid += (part.name.len() + part.material.len() + size_of::<PartName>()) as u64 + 512; // and tobj's model
+        self.out.extend_from_slice(format!("g {}\n", self.parts.len()).as_bytes());
+        self.parts.push(part);
     }
 
     /// Charge the memory noted so far and report the text read so far.
@@ -390,6 +434,25 @@ fn is_name_statement(line: &[u8]) -> bool {
     line.starts_with(b"#") || matches!(split_word(line).0, b"o" | b"g" | b"usemtl" | b"mtllib")
 }
 
-fn name(arguments: &[u8]) -> String {
-    String::from_utf8_lossy(arguments.trim_ascii()).into_owned()
+/// Keywords that every exporter writes. Others, such as `end` or `call`, may begin a line of any text.
+const KEYWORDS: [&[u8]; 13] =
+    [b"v", b"vn", b"vt", b"vp", b"f", b"fo", b"l", b"p", b"o", b"g", b"s", b"usemtl", b"mtllib"];
+
+/// A text without any statement of an OBJ file, which begins with `line`.
+fn not_obj(line: &[u8], source: &Source) -> SceneError {
+    let keyword = split_word(line).0.to_ascii_lowercase();
+    let advice = if line.starts_with(b"version https://git-lfs") {
+        "it is a Git LFS pointer; fetch the model that it stands for: git lfs pull"
+    } else if line.starts_with(b"<") {
+        "it looks like a web page; download the model itself once more"
+    } else if KEYWORDS.contains(&keyword.as_slice()) {
+        "keywords of OBJ are in small letters; export the model once more"
+    } else if line.starts_with(b"{") {
+        "it looks like a glTF; name it so: *.gltf"
+    } else {
+        "export the model once more as OBJ or glTF"
+    };
+    let shown: String = String::from_utf8_lossy(line).chars().take(40).collect();
+    let cut = if shown.len() < line.len() { "…" } else { "" };
+    SceneError::NotObj { path: source.path.to_owned(), found: format!("'{shown}{cut}'"), advice }
 }

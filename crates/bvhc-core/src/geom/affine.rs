@@ -10,6 +10,13 @@ pub struct Affine {
 impl Affine {
     pub const IDENTITY: Affine = Affine { rows: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] };
 
+    /// The same map into coordinates that are measured from `origin`.
+    #[must_use]
+    pub fn about(mut self, origin: [f64; 3]) -> Affine {
+        (0..3).for_each(|a| self.rows[a][3] -= origin[a]);
+        self
+    }
+
     /// From glTF's column-major 4×4 matrix; the last row is taken to be `0 0 0 1`.
     #[inline]
     pub fn from_columns(c: [[f64; 4]; 4]) -> Affine {

@@ -1,9 +1,10 @@
 //! One build from model to file.
 
-use super::BuildArgs;
 use super::inputs;
-use super::outcome::{Built, Times, dropped};
+use super::outcome::{Built, Losses, Times};
 use super::plan::{Job, same_file};
+use super::remarks::Remarks;
+use super::{BuildArgs, Empty};
 use crate::build::{self, BuildOptions};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Image, Meta, WriteOptions};
@@ -43,20 +44,29 @@ impl Workshop<'_> {
         let name = names::path(&job.output);
         let bar = Bar::new(&self.context.terminal, &name);
         let scene = self.read(job, &bar)?;
-        let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
+        let (inputs, mut report, rounding) = (scene.inputs.clone(), scene.report.clone(), scene.rounding);
         let read_time = start.elapsed();
-        if let Some(dropped) = dropped(&report) {
-            self.context.terminal.warn(&format!("{}: left out {dropped}", names::path(&job.input)));
-        }
-
         caches::fits(&job.input, &scene, &self.build, self.context)?;
-        if scene.instances.is_empty() {
-            self.context.terminal.warn(&format!("{}: there is no triangle in it", names::path(&job.input)));
+
+        // Put everything where it stands, and say what was lost on the way.
+        let primitives = build::primitives_to_build(&scene, &self.build);
+        let laid = build::lay_out(scene, &self.build, &self.context.exec).map_err(|e| caches::build_failure(&e))?;
+        let placing = laid.placing.clone();
+        report.degenerate_triangles += placing.collapsed;
+        let remarks = Remarks { report: &report, read: &self.read, rounding: &rounding, placing: &placing };
+        let model = names::path(&job.input);
+        remarks.warnings(self.build.levels).iter().for_each(|w| self.context.terminal.warn(&format!("{model}: {w}")));
+        placing.notes.iter().for_each(|note| self.context.terminal.detail(&format!("{name}: {note}")));
+        if laid.meshes.is_empty() {
+            match self.args.empty {
+                Empty::Error => return Err(remarks.nothing(&model)),
+                Empty::Keep => self.context.terminal.warn(&format!("{model}: there is no triangle in it")),
+            }
         }
 
-        bar.phase("building", build::primitives_to_build(&scene, &self.build));
-        let mut accel =
-            build::compile(scene, &self.build, &self.context.exec, &bar).map_err(|e| caches::build_failure(&e))?;
+        bar.phase("building", primitives);
+        let mut accel = build::compile_laid_out(laid, &self.build, &self.context.exec, &bar)
+            .map_err(|e| caches::build_failure(&e))?;
         let image = Image::new(&accel, &self.context.exec).map_err(|e| caches::failure(&e))?;
         let notes = std::mem::take(&mut accel.notes);
         drop(accel);
@@ -68,6 +78,9 @@ impl Workshop<'_> {
         }
         let meta = Meta { notes, ..cache::provenance(self.recipe.clone(), &inputs, &report) };
         let publishing = interrupt::publish()?;
+        if !self.args.force {
+            caches::may_replace(&job.output)?;
+        }
         // Debug builds, and so every test, look into each record before they write it; a release trusts what it built.
         let options = WriteOptions { codec: self.codec, check: cfg!(debug_assertions) };
         let written = cache::write_file(&job.output, &image, &meta, &options, &self.context.exec)
@@ -84,7 +97,7 @@ impl Workshop<'_> {
             total_ms: millis(total),
         };
         Ok(Made {
-            built: Built::new(&image, &written, report, times),
+            built: Built::new(&image, &written, Losses { read: report, rounding, placing }, times),
             build_key: written.header.build_key,
             inputs: inputs.into_iter().map(|i| i.path).filter(|_| job.bytes.is_none()).collect(),
         })

@@ -1,13 +1,14 @@
 //! `bvhc build`: models in, cache files out.
 //!
 //! `options` are the flags that change the output, `inputs` what the arguments name, `plan` decides what has to be done and why, `make` does it for one output,
-//! `outcome` says what was done.
+//! `outcome` says what was done, and `remarks` what did not arrive whole.
 
 mod inputs;
 mod make;
 pub mod options;
 mod outcome;
 mod plan;
+mod remarks;
 
 use crate::cache::Codec;
 use crate::cache::keys::Recipe;
@@ -20,7 +21,7 @@ use crate::cli::names;
 use crate::cli::terminal::Terminal;
 use crate::report::info::hex;
 use crate::scene::ReadOptions;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use make::Workshop;
 use outcome::{ErrorObject, Outcome, Status};
 pub use plan::same_file;
@@ -41,9 +42,12 @@ pub struct BuildArgs {
     /// File to write, or a folder (`DIR/`) that receives one .bvhc file per input
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// Build even what is up to date
+    /// Build even what is up to date, and over files that are no caches
     #[arg(short, long)]
     pub force: bool,
+    /// What to do with a model in which no triangle is left
+    #[arg(long, value_enum, value_name = "POLICY", default_value = "error")]
+    pub empty: Empty,
     /// Only say what would be built, and why
     #[arg(short = 'n', long)]
     pub dry_run: bool,
@@ -67,6 +71,14 @@ pub struct BuildArgs {
     pub tree: options::TreeArgs,
     #[command(flatten)]
     pub depfile: DepfileArgs,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Empty {
+    /// Refuse it and write nothing
+    Error,
+    /// Write a cache that no ray hits
+    Keep,
 }
 
 #[derive(Clone, Debug, Args)]
@@ -166,7 +178,10 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
     let (args, context) = (workshop.args, workshop.context);
     inputs::readable(job)?;
     args.read.suit(&job.input, job.bytes.as_deref())?;
-    let verdict = plan::examine(job, &workshop.recipe, workshop.codec, &workshop.context.exec);
+    if let Some(path) = args.depfile.path.as_ref().filter(|_| !args.force) {
+        depfile::may_replace(path)?;
+    }
+    let verdict = plan::examine(job, &workshop.recipe, workshop.codec, args.empty, &workshop.context.exec);
     let name = names::path(&job.output);
     let reason = match verdict {
         Verdict::UpToDate { build_key, inputs } if !args.force => {
@@ -184,6 +199,9 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
         Verdict::UpToDate { .. } => "forced".to_string(),
         Verdict::Stale(reason) => reason,
     };
+    if !args.force {
+        caches::may_replace(&job.output)?;
+    }
     if args.dry_run {
         let line = format!("{name}  would build: {reason}");
         return Ok((Outcome { reason: Some(reason), ..Outcome::new(job, Status::WouldBuild) }, line));

@@ -1,12 +1,13 @@
 //! What became of each output, as a line for people and as an object for machines.
 
 use super::plan::Job;
+use crate::build::Placing;
 use crate::cache::{Image, WriteSummary};
 use crate::cli::figures;
 use crate::cli::names;
 use crate::report::file::FileReport;
 use crate::report::info::hex;
-use crate::scene::ReadReport;
+use crate::scene::{ReadReport, Rounding};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -61,9 +62,20 @@ pub struct Built {
     pub file_len: u64,
     pub content_id: String,
     pub read: ReadReport,
+    /// What rounding in reading cost.
+    pub rounding: Rounding,
+    /// What putting meshes where they stand cost.
+    pub placing: Placing,
     pub times: Times,
     /// Largest resident set of the process so far, in bytes, where the system tells.
     pub peak_memory: Option<u64>,
+}
+
+/// What was dropped and what rounding cost on the way from the file to the trees.
+pub struct Losses {
+    pub read: ReadReport,
+    pub rounding: Rounding,
+    pub placing: Placing,
 }
 
 /// Where the time went.
@@ -91,7 +103,8 @@ impl Outcome {
 }
 
 impl Built {
-    pub fn new(image: &Image, written: &WriteSummary, read: ReadReport, times: Times) -> Built {
+    pub fn new(image: &Image, written: &WriteSummary, losses: Losses, times: Times) -> Built {
+        let Losses { read, rounding, placing } = losses;
         let header = &written.header;
         let report = FileReport::of_view(String::new(), header.file_len, &image.view());
         Built {
@@ -107,6 +120,8 @@ impl Built {
             file_len: header.file_len,
             content_id: hex(&header.content_id),
             read,
+            rounding,
+            placing,
             times,
             peak_memory: peak_memory(),
         }
@@ -136,22 +151,6 @@ impl Built {
         let name = names::path(&job.output);
         format!("{name}: read {:.0} ms, build {:.0} ms, write {:.0} ms{memory}", t.read_ms, t.build_ms, t.write_ms)
     }
-}
-
-/// What reading dropped, as a phrase, or `None` for a clean model.
-pub fn dropped(report: &ReadReport) -> Option<String> {
-    let counted = [
-        (report.degenerate_triangles, "triangle", " without area"),
-        (report.non_finite_triangles, "triangle", " with NaN or infinite positions"),
-        (report.skipped_primitives, "line and point primitive", ""),
-        (report.singular_instances, "instance", " scaled to nothing"),
-    ];
-    let found: Vec<String> = counted
-        .iter()
-        .filter(|(n, ..)| *n > 0)
-        .map(|(n, what, which)| format!("{} {what}{}{which}", figures::count(*n), if *n == 1 { "" } else { "s" }))
-        .collect();
-    (!found.is_empty()).then(|| found.join(", "))
 }
 
 /// `VmHWM` of Linux; other systems do not tell without more code than the figure is worth.

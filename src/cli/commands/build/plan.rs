@@ -1,7 +1,7 @@
 //! What has to be done: which output each input has, and whether it is up to date, judged by content and never by time stamps.
 
-use super::BuildArgs;
 use super::inputs::Input;
+use super::{BuildArgs, Empty};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Freshness, SectionEntry};
 use crate::cli::exit::Exit;
@@ -119,17 +119,27 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Compare an output with what building it now would give.
-pub fn examine(job: &Job, recipe: &Recipe, codec: Codec, exec: &Executor) -> Verdict {
+///
+/// Every byte of the output is read and hashed, as those of the inputs are: a damaged file is not up to date.
+pub fn examine(job: &Job, recipe: &Recipe, codec: Codec, empty: Empty, exec: &Executor) -> Verdict {
     let found = match &job.bytes {
         Some(bytes) => cache::freshness_of_bytes(&job.output, bytes, recipe, exec),
         None => cache::freshness(&job.output, &job.input, recipe, exec),
     };
     match found {
         Freshness::Stale(reason) => Verdict::Stale(names::escape(&reason.to_string())),
-        Freshness::Fresh { head, inputs } => match codec_change(&head.sections, codec) {
-            Some(reason) => Verdict::Stale(reason.to_string()),
-            None => Verdict::UpToDate { build_key: head.header.build_key, inputs },
-        },
+        Freshness::Fresh { head, inputs } => {
+            if head.header.prim_count == 0 && empty == Empty::Error {
+                return Verdict::Stale("there is no triangle in it".to_string());
+            }
+            if let Some(reason) = codec_change(&head.sections, codec) {
+                return Verdict::Stale(reason.to_string());
+            }
+            match cache::intact(&job.output, &head, exec) {
+                Ok(()) => Verdict::UpToDate { build_key: head.header.build_key, inputs },
+                Err(error) => Verdict::Stale(names::escape(&error.to_string().replace('\n', " "))),
+            }
+        }
     }
 }
 

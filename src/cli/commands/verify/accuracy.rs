@@ -1,7 +1,7 @@
 //! `bvhc verify --accuracy`: how right and how fast other arithmetics would be on the same trees.
 
 use super::VerifyArgs;
-use super::file::scene_for;
+use super::file::{Held, scene_for};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -69,7 +69,7 @@ fn one(path: &Path, args: &VerifyArgs, how: &Measure, context: &Context) -> Resu
     let bar = Bar::new(&context.terminal, &names::path(path));
     bar.spin("opening");
     let cache = caches::open(path, context)?;
-    let scene = scene_for(&cache, path, args, context)?;
+    let Held { scene, .. } = scene_for(&cache, path, args, context)?;
     let subject = Subject::new(cache.view(), &scene);
     bar.phase("measuring", how.steps(scene.instanced_triangles()));
     measure(&subject.view, &subject.oracle, &subject.sampler, how, &bar).map_err(|error| match error {

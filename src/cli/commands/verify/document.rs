@@ -4,7 +4,7 @@ use super::file::Verified;
 use crate::cli::exit::Exit;
 use crate::trace::Hit;
 use crate::verify::{
-    Asked, Blame, Class, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Plan, Query, Reference,
+    Asked, Blame, Class, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Placed, Plan, Query, Reference,
     set_name, write_ray,
 };
 use serde::Serialize;
@@ -48,6 +48,8 @@ pub struct FileDocument {
     /// `null`: the file's own triangles.
     source: Option<String>,
     right: bool,
+    /// How the file's triangles stand to the model's; `null` without a model.
+    placing: Option<Placed>,
     devices: Vec<DeviceDocument>,
     oracle: OracleOutcome,
 }
@@ -158,7 +160,8 @@ impl FileDocument {
         FileDocument {
             path: verified.path.to_string_lossy().into_owned(),
             source: verified.source.as_ref().map(|p| p.to_string_lossy().into_owned()),
-            right: verified.outcome.is_right(),
+            right: verified.is_right(),
+            placing: verified.placed.clone(),
             devices: verified.outcome.devices.iter().map(device).collect(),
             oracle: verified.outcome.oracle,
         }

@@ -2,6 +2,7 @@
 
 use super::VerifyArgs;
 use super::devices::{self, Bench};
+use crate::build::{self, BuildOptions, LaidOut};
 use crate::cache::Cache;
 use crate::cli::Context;
 use crate::cli::caches;
@@ -9,8 +10,9 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::cli::progress::Bar;
-use crate::scene::{self, ReadOptions, Scene};
-use crate::verify::{Cpu, Outcome, Plan, Subject, VerifyError, is_of_model, scene_of_file};
+use crate::geom::Affine;
+use crate::scene::{self, Instance, ReadOptions, Scene};
+use crate::verify::{Cpu, Outcome, Placed, Plan, Subject, VerifyError, is_of_model, placed, scene_of_file};
 use std::path::{Path, PathBuf};
 
 /// A file with its verdict.
@@ -19,11 +21,17 @@ pub struct Verified {
     /// The model that the oracle was told of; `None`: the file's own triangles.
     pub source: Option<PathBuf>,
     pub outcome: Outcome,
+    /// Whether the triangles are where the model has them.
+    pub placed: Option<Placed>,
 }
 
 impl Verified {
+    pub fn is_right(&self) -> bool {
+        self.outcome.is_right() && self.placed.as_ref().is_none_or(Placed::is_right)
+    }
+
     pub fn exit(&self) -> Exit {
-        if self.outcome.is_right() { Exit::Success } else { Exit::Negative }
+        if self.is_right() { Exit::Success } else { Exit::Negative }
     }
 }
 
@@ -37,34 +45,46 @@ pub fn verify(
     let bar = Bar::new(&context.terminal, &names::path(path));
     bar.spin("opening");
     let cache = caches::open(path, context)?;
-    let scene = scene_for(&cache, path, args, context)?;
+    let Held { scene, placed } = scene_for(&cache, path, args, context)?;
     let subject = Subject::new(cache.view(), &scene);
     let of_this_file = |failure: Failure| failure.fact(format!("the file is {}", names::path(path)));
     let mut others = bench.devices(cache.view()).map_err(|e| of_this_file(devices::failure(&e)))?;
     bar.phase("verifying", plan.rays);
     match crate::verify::run(&subject, &mut Cpu::new(cache.view()), &mut others, plan, &bar) {
-        Ok(outcome) => Ok(Verified { path: path.to_path_buf(), source: args.source.clone(), outcome }),
+        Ok(outcome) => Ok(Verified { path: path.to_path_buf(), source: args.source.clone(), outcome, placed }),
         Err(VerifyError::Device(error)) => Err(of_this_file(devices::failure(&error))),
         Err(VerifyError::Cancelled) => Err(Failure::interrupted()),
     }
 }
 
-/// What the file should hold: the model, read as the file says that it was read, or else what the file itself says.
-pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Context) -> Result<Scene, Failure> {
+/// What a file should hold.
+pub struct Held {
+    /// The triangles in the coordinates of the file's trees, and its instances.
+    pub scene: Scene,
+    /// How they stand to the model; `None` without one.
+    pub placed: Option<Placed>,
+}
+
+/// The model, read as the file says that it was read and laid out as it was built, or else what the file itself says.
+pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Context) -> Result<Held, Failure> {
     let Some(model) = &args.source else {
-        return scene_of_file(&cache.view(), cache.names()).map_err(|e| {
+        let scene = scene_of_file(&cache.view(), cache.names()).map_err(|e| {
             let failure = Failure::from_message(Exit::Negative, &e.to_string());
             failure.fact(format!("the file is {}", names::path(path))).help(format!("bvhc check {}", names::path(path)))
-        });
+        })?;
+        return Ok(Held { scene, placed: None });
     };
-    let (read, _) = caches::recorded(cache.meta());
+    let (read, build) = caches::recorded(cache.meta());
     let read = ReadOptions { allow_outside: args.allow_outside, max_memory: context.global.max_memory, ..read };
-    let mut scene = scene::read(model, &read).map_err(|e| caches::scene_failure(&e))?;
-
-    // Instances of nothing are in no file, and would shift the numbers of the others.
-    let Scene { meshes, instances, .. } = &mut scene;
-    instances.retain(|i| meshes.get(i.mesh as usize).is_some_and(|m| !m.triangles.is_empty()));
-    is_of_model(&cache.view(), &scene).map_err(|e| {
+    let scene = scene::read(model, &read).map_err(|e| caches::scene_failure(&e))?;
+    // Laying out makes no duplicates.
+    caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
+    let laid = build::lay_out(scene.clone(), &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
+    let whole = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
+    let LaidOut { meshes, instances, .. } = laid;
+    let instances = instances.unwrap_or_else(|| meshes.first().map(|_| whole).into_iter().collect());
+    let laid = Scene { meshes, instances, ..Scene::default() };
+    is_of_model(&cache.view(), &laid).map_err(|e| {
         let failure = Failure::from_message(Exit::Negative, &e.to_string());
         let (file, model) = (names::path(path), names::path(model));
         failure
@@ -72,5 +92,5 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
             .fact(format!("the model is {model}"))
             .help(format!("bvhc check {file} --source {model}"))
     })?;
-    Ok(scene)
+    Ok(Held { placed: Some(placed(&cache.view(), &scene)), scene: laid })
 }

@@ -6,7 +6,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::trace::rays::RaySet;
-use crate::verify::{Counts, DeviceOutcome, set_name, write_ray};
+use crate::verify::{Counts, DeviceOutcome, Placed, set_name, write_ray};
 use std::path::Path;
 use std::time::Duration;
 
@@ -32,7 +32,10 @@ struct Trouble {
 
 pub fn suite(path: &Path, result: &Result<Verified, Failure>, spent: Duration) -> Suite {
     let cases = match result {
-        Ok(verified) => verified.outcome.devices.iter().flat_map(cases).collect(),
+        Ok(verified) => {
+            let placed = verified.placed.as_ref().map(placing);
+            placed.into_iter().chain(verified.outcome.devices.iter().flat_map(cases)).collect()
+        }
         Err(failure) => vec![Case {
             name: "open".to_string(),
             seconds: spent.as_secs_f64(),
@@ -45,6 +48,17 @@ pub fn suite(path: &Path, result: &Result<Verified, Failure>, spent: Duration) -
         }],
     };
     Suite { name: path.to_string_lossy().into_owned(), seconds: spent.as_secs_f64(), cases }
+}
+
+/// Whether the triangles are where the model has them.
+fn placing(placed: &Placed) -> Case {
+    let trouble = (!placed.is_right()).then(|| Trouble {
+        element: "failure",
+        kind: "placing".to_string(),
+        message: text::placing(placed).trim_end().to_string(),
+        detail: String::new(),
+    });
+    Case { name: "placing".to_string(), seconds: 0.0, trouble }
 }
 
 fn cases(device: &DeviceOutcome) -> Vec<Case> {

@@ -140,7 +140,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         suites.push(junit::suite(path, &result, start.elapsed()));
         match result {
             Ok(verified) => {
-                let silent = context.terminal.json || (context.terminal.quiet && verified.outcome.is_right());
+                let silent = context.terminal.json || (context.terminal.quiet && verified.is_right());
                 if !silent {
                     context.terminal.print(&text::verdict(&verified, &plan, context))?;
                 }

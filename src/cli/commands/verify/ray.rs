@@ -3,7 +3,7 @@
 use super::VerifyArgs;
 use super::devices::{self, Bench};
 use super::document::Answer;
-use super::file::scene_for;
+use super::file::{Held, scene_for};
 use super::text;
 use crate::cli::Context;
 use crate::cli::caches;
@@ -89,7 +89,7 @@ pub fn run(ray: &Ray, args: &VerifyArgs, bench: &Bench, context: &Context) -> Re
 
 fn one(path: &Path, ray: &Ray, args: &VerifyArgs, bench: &Bench, context: &Context) -> Result<Replayed, Failure> {
     let cache = caches::open(path, context)?;
-    let scene = scene_for(&cache, path, args, context)?;
+    let Held { scene, .. } = scene_for(&cache, path, args, context)?;
     let view = cache.view();
     let subject = Subject::new(view, &scene);
     let answer = subject.oracle.trace(ray);

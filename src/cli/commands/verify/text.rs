@@ -6,14 +6,17 @@ use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::table::Table;
 use crate::cli::terminal::Paint;
+use crate::scene::Loss;
 use crate::trace::Hit;
-use crate::verify::{Asked, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Plan, set_name, write_ray};
+use crate::verify::{
+    Asked, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Placed, Plan, set_name, write_ray,
+};
 use std::time::Duration;
 
 pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
     let (terminal, outcome) = (&context.terminal, &verified.outcome);
     let word =
-        if outcome.is_right() { terminal.paint(Paint::Green, "right") } else { terminal.paint(Paint::Red, "wrong") };
+        if verified.is_right() { terminal.paint(Paint::Green, "right") } else { terminal.paint(Paint::Red, "wrong") };
     let against = match &verified.source {
         Some(model) => names::path(model),
         None => "its own triangles".to_string(),
@@ -45,6 +48,7 @@ pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
         }
     }
     text.push_str(&oracle(&outcome.oracle, plan));
+    text.push_str(&verified.placed.as_ref().map(placing).unwrap_or_default());
     let first = outcome.devices.first().and_then(|d| d.first_mismatch.as_ref());
     for (i, device) in outcome.devices.iter().enumerate() {
         match (&device.first_mismatch, first) {
@@ -112,6 +116,30 @@ fn oracle(oracle: &OracleOutcome, plan: &Plan) -> String {
             figures::count(oracle.grazing),
             figures::count(oracle.unsure),
         )
+}
+
+/// How the triangles stand to the model's.
+pub fn placing(placed: &Placed) -> String {
+    let Placed { loss, read, astray, .. } = placed;
+    let triangles = counted(placed.triangles, "triangle", "triangles");
+    let rounded = |what: &str, loss: &Loss| {
+        let (share, most) = (100.0 * loss.share, 100.0 * Loss::MOST);
+        let verdict =
+            if loss.is_tolerable() { String::new() } else { format!("; wrong: more than {most:.1}% moves hits") };
+        format!(
+            "{what} by up to {:.3e}, {share:.2}% of a triangle's shortest edge on average{verdict}\n",
+            loss.farthest
+        )
+    };
+    let mut text = rounded(&format!("rounding moves corners of {triangles}, held against the model in f64,"), loss);
+    if !read.is_tolerable() {
+        text.push_str(&rounded("reading moved the corners", read));
+    }
+    if *astray > 0 {
+        let some = counted(*astray, "triangle is", "triangles are");
+        text.push_str(&format!("{some} not where the model has them; wrong: no rounding explains it\n"));
+    }
+    text
 }
 
 fn same(a: &Mismatch, b: &Mismatch) -> bool {

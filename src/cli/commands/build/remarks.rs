@@ -1,0 +1,155 @@
+//! What the user is told of a model that does not arrive whole.
+
+use crate::build::{Levels, Placing};
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::figures;
+use crate::scene::{Degenerate, Loss, ReadOptions, ReadReport, Rounding};
+
+/// What became of a model between its file and its trees.
+pub struct Remarks<'a> {
+    /// With the triangles that lost their area only where they were put.
+    pub report: &'a ReadReport,
+    pub read: &'a ReadOptions,
+    pub rounding: &'a Rounding,
+    pub placing: &'a Placing,
+}
+
+impl Remarks<'_> {
+    /// One line each, without the model's name.
+    pub fn warnings(&self, levels: Levels) -> Vec<String> {
+        let mut lines = Vec::new();
+        lines.extend(self.left_out().map(|what| format!("left out {what}")));
+        if self.read.degenerate == Degenerate::Keep && self.report.degenerate_triangles > 0 {
+            lines.push(format!("kept {}", counted(self.report.degenerate_triangles, "triangle", " without area")));
+        }
+        let Rounding { loss, rounded_before } = self.rounding;
+        if let Some(apart) = rounded_before {
+            lines.push(format!(
+                "it was rounded before it was written: its positions are 32-bit floats, which lie {} apart where it is, and the edges of its \
+                 triangles are {} long; export it closer to the origin",
+                figure(*apart),
+                figure(loss.edge)
+            ));
+        }
+        if !loss.is_tolerable() {
+            lines.push(format!(
+                "{}; split it into files of parts that lie near each other",
+                lost("32-bit positions", loss)
+            ));
+        }
+        let placed = &self.placing.loss;
+        match levels {
+            _ if placed.is_tolerable() => {}
+            Levels::One => {
+                lines.push(format!("{}; --levels auto keeps the shape", lost("one tree in the world", placed)))
+            }
+            _ => lines.push(format!("{}; export it closer to the origin", lost("32-bit matrices", placed))),
+        }
+        lines
+    }
+
+    /// A model of which nothing is left.
+    pub fn nothing(&self, model: &str) -> Failure {
+        let mut failure = Failure::new(Exit::Model, format!("there is no triangle in {model}"));
+        if let Some(what) = self.left_out() {
+            failure = failure.fact(format!("reading left out {what}"));
+        }
+        failure.help("a cache of nothing is written with --empty keep")
+    }
+
+    /// What reading dropped, as a phrase, or `None` for a clean model.
+    fn left_out(&self) -> Option<String> {
+        let report = self.report;
+        let degenerate = if self.read.degenerate == Degenerate::Keep { 0 } else { report.degenerate_triangles };
+        let found: Vec<String> = [
+            (degenerate, "triangle", " without area"),
+            (report.non_finite_triangles, "triangle", " with NaN or infinite positions"),
+            (report.skipped_primitives, "line and point primitive", ""),
+            (report.singular_instances, "instance", " scaled to nothing"),
+        ]
+        .into_iter()
+        .filter(|(n, ..)| *n > 0)
+        .map(|(n, what, which)| counted(n, what, which))
+        .collect();
+        (!found.is_empty()).then(|| found.join(", "))
+    }
+}
+
+fn counted(n: u64, what: &str, which: &str) -> String {
+    format!("{} {what}{}{which}", figures::count(n), if n == 1 { "" } else { "s" })
+}
+
+fn lost(by: &str, loss: &Loss) -> String {
+    let Loss { farthest, edge, share } = *loss;
+    format!(
+        "it loses its shape: {by} move its corners by up to {}, and the edges of its triangles are {} long ({:.0}% of one on average)",
+        figure(farthest),
+        figure(edge),
+        100.0 * share
+    )
+}
+
+/// Three digits.
+fn figure(v: f64) -> String {
+    let digits = if v > 0.0 { (2 - v.log10().floor() as i32).clamp(0, 12) as usize } else { 0 };
+    if (1e-9..1e9).contains(&v) { format!("{v:.digits$}") } else { format!("{v:.2e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_have_three_digits() {
+        for (v, text) in [
+            (0.5, "0.500"),
+            (0.0069, "0.00690"),
+            (12.345, "12.3"),
+            (48_000.0, "48000"),
+            (1e-20, "1.00e-20"),
+            (0.0, "0.00e0"),
+        ] {
+            assert_eq!(figure(v), text);
+        }
+    }
+
+    #[test]
+    fn what_is_lost_is_told_with_its_size_and_a_way_out() {
+        let (report, read, rounding) = (ReadReport::default(), ReadOptions::default(), Rounding::default());
+        let loss = Loss { farthest: 0.2, edge: 0.1, share: 0.9 };
+        let placing = Placing { loss, ..Placing::default() };
+        let remarks = Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing };
+        let said = remarks.warnings(Levels::One);
+        assert!(
+            matches!(&said[..], [line] if line.contains("0.200") && line.contains("0.100 long (90%") && line.contains("--levels auto")),
+            "{said:?}"
+        );
+        assert!(remarks.warnings(Levels::Two)[0].contains("closer to the origin"));
+        let rounding = Rounding { loss, rounded_before: Some(0.5) };
+        let remarks = Remarks { rounding: &rounding, placing: &Placing::default(), ..remarks };
+        let said = remarks.warnings(Levels::Auto);
+        assert!(
+            matches!(&said[..], [before, now] if before.contains("0.500 apart") && now.contains("split it")),
+            "{said:?}"
+        );
+    }
+
+    #[test]
+    fn what_the_policy_keeps_is_not_left_out() {
+        let report = ReadReport { degenerate_triangles: 2, non_finite_triangles: 1, ..ReadReport::default() };
+        let (rounding, placing) = (Rounding::default(), Placing::default());
+        let said = |degenerate| {
+            let read = ReadOptions { degenerate, ..ReadOptions::default() };
+            Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing }.warnings(Levels::Auto)
+        };
+        assert_eq!(
+            said(Degenerate::Drop),
+            ["left out 2 triangles without area, 1 triangle with NaN or infinite positions"]
+        );
+        assert_eq!(
+            said(Degenerate::Keep),
+            ["left out 1 triangle with NaN or infinite positions", "kept 2 triangles without area"]
+        );
+    }
+}

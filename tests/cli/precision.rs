@@ -1,0 +1,98 @@
+//! Models far from the origin: what is kept of their shape, and what is said where it cannot be.
+
+use crate::Place;
+use crate::common::cases_dir;
+use bvhc::cache::Cache;
+use bvhc::geom::Ray;
+use bvhc::trace::closest_hit;
+
+/// A wavy patch of 20 × 20 cells of 0.1, its first corner at the place given, as OBJ with four digits.
+fn patch(at: [f64; 3]) -> String {
+    let mut text = String::new();
+    for (i, j) in (0..=20).flat_map(|i| (0..=20).map(move |j| (i, j))) {
+        let height = 0.02 * (f64::from(i) * 0.7).sin() * (f64::from(j) * 0.9).cos();
+        text +=
+            &format!("v {:.4} {:.4} {:.4}\n", at[0] + 0.1 * f64::from(i), at[1] + height, at[2] + 0.1 * f64::from(j));
+    }
+    for (i, j) in (0..20).flat_map(|i| (0..20).map(move |j| (i, j))) {
+        let a = 1 + i * 21 + j;
+        text += &format!("f {a} {} {}\nf {a} {} {}\n", a + 1, a + 22, a + 22, a + 21);
+    }
+    text
+}
+
+/// Rays straight down onto the patch, all of which hit; where rays can start at all, that is at floats.
+fn misses(cache: &Cache, at: [f64; 3]) -> usize {
+    let place = |k: u32, a: usize| (at[a] + 1.99 * f64::from(k) / 40.0 + 0.005) as f32;
+    let inside = |v: f32, a: usize| (at[a]..=at[a] + 2.0).contains(&f64::from(v));
+    let rays = (0..=40).flat_map(|i| (0..=40).map(move |j| (place(i, 0), place(j, 2))));
+    let rays = rays.filter(|(x, z)| inside(*x, 0) && inside(*z, 2));
+    rays.filter(|(x, z)| {
+        let ray =
+            Ray { origin: [*x, at[1] as f32 + 5.0, *z], direction: [0.0, -1.0, 0.0], t_min: 0.0, t_max: f32::INFINITY };
+        closest_hit(&cache.view(), &ray).is_none()
+    })
+    .count()
+}
+
+const FAR: [f64; 3] = [500_123.26, 102.5, -4_649_776.77];
+
+#[test]
+fn map_coordinates_are_built_about_an_origin_of_their_own() {
+    let place = Place::new();
+    place.write("far.obj", patch(FAR));
+    let said = place.ok("build far.obj -o far.bvhc -v");
+    assert!(said.out.contains("  800 tris") && !said.err.contains("warning"), "{}{}", said.out, said.err);
+    assert!(said.err.contains("about origins of their own"), "{}", said.err);
+    let cache = Cache::open(place.path("far.bvhc")).unwrap();
+    assert_eq!(misses(&cache, FAR), 0);
+    assert_eq!((cache.instances().len(), cache.blases().len(), cache.geoms()[0].kept_count), (1, 1, 800));
+    place.ok("check far.bvhc --source far.obj");
+    place.ok("verify far.bvhc --source far.obj --rays 20k --device cpu");
+    assert!(place.ok("build far.obj -o far.bvhc").out.contains("up to date"));
+
+    // Near the origin nothing changes, and in one tree far from it the loss is told.
+    place.write("near.obj", patch([0.0; 3]));
+    assert_eq!(place.ok("build near.obj -o near.bvhc").err, "");
+    assert!(Cache::open(place.path("near.bvhc")).unwrap().instances().is_empty());
+    let said = place.ok("build far.obj -o flat.bvhc --flatten");
+    assert!(said.err.contains("it loses its shape: ") && said.err.contains("--levels auto"), "{}", said.err);
+    assert!(said.err.contains("triangles without area"), "the policy holds where triangles are put: {}", said.err);
+    place.ok("check flat.bvhc --source far.obj");
+    assert_eq!(place.run("build far.obj -o none.bvhc --flatten --degenerate error").code, 4);
+    let kept = place.ok("build far.obj -o kept.bvhc --flatten --degenerate keep");
+    assert!(kept.out.contains("  800 tris") && kept.err.contains("kept "), "{}{}", kept.out, kept.err);
+}
+
+#[test]
+fn a_model_that_was_rounded_before_is_told_with_figures() {
+    let Some(cases) = cases_dir() else { return };
+    let place = Place::new();
+    place.write("far.obj", std::fs::read(cases.join("05-obj-utm-coordinates/patch_far.obj")).unwrap());
+    let said = place.ok("build far.obj -o far.bvhc");
+    assert!(said.err.contains("rounded before") && said.err.contains("0.500 apart"), "{}", said.err);
+    assert!(said.err.contains("closer to the origin"), "{}", said.err);
+}
+
+#[test]
+fn a_mesh_that_a_node_puts_far_away_keeps_its_shape() {
+    let Some(cases) = cases_dir() else { return };
+    let place = Place::new();
+    for name in ["patch_far", "patch_far_twice"] {
+        place.write(
+            &format!("{name}.gltf"),
+            std::fs::read(cases.join(format!("03-far-placed-mesh-baked/{name}.gltf"))).unwrap(),
+        );
+        let said = place.ok(&format!("build {name}.gltf -o {name}.bvhc"));
+        assert_eq!(said.err, "", "{name}");
+        let cache = Cache::open(place.path(&format!("{name}.bvhc"))).unwrap();
+        assert_eq!(cache.blases()[0].prim_count, 800, "{name}");
+        assert_eq!(misses(&cache, [500_123.25, 102.5, -4_649_776.75]), 0, "{name}");
+        place.ok(&format!("check {name}.bvhc --source {name}.gltf"));
+        place.ok(&format!("verify {name}.bvhc --source {name}.gltf --rays 20k --device cpu"));
+    }
+    for levels in ["one", "two"] {
+        place.ok(&format!("build patch_far.gltf -o far.bvhc --levels {levels}"));
+        place.ok("check far.bvhc --source patch_far.gltf");
+    }
+}
