@@ -116,13 +116,8 @@ class Comparison:
             exact = transform(matrix, right)
             slack = transform(magnitude, size) * F64_SLACK
             self.judge(exact, stored, half_ulp(exact) + slack, 0.0 * exact, cut, rows, where)
-        elif bool(((np.abs(stored - right) <= half_ulp(right) + size * F64_SLACK).all(axis=(1, 2)) | cut).all()):
-            # The mesh stands in its own space: its instance's matrix must be the node's.
-            off = np.abs(shown.matrix - matrix[:3])
-            wrong = off > half_ulp(matrix[:3]) + magnitude[:3] * F64_SLACK
-            if wrong.any():
-                i = np.unravel_index(np.argmax(np.where(wrong, off / half_ulp(matrix[:3]), 0)), wrong.shape)
-                self.differ("matrix", where, len(rows), "row %d, column %d is %.9g; right: %.17g" % (*i, shown.matrix[i], matrix[i]))
+        elif self.stands_in_its_own_space(shown, matrix, magnitude, right, size, stored, cut, rows, where):
+            self.judge(right, stored, half_ulp(right) + size * F64_SLACK, 0.0 * right, cut, rows, where)
         else:
             # The file may put the mesh's origin elsewhere: what counts is where its corners come to stand, and how far the
             # numbers that are stored may be from those that they were rounded from.
@@ -133,6 +128,19 @@ class Comparison:
             self.judge(exact, got, transform(magnitude, size) * F64_SLACK, bound, cut, rows, where)
         if part.polygons:
             polygons.compare(self, placement, part, shown, rows, where)
+
+    def stands_in_its_own_space(self, shown, matrix, magnitude, right, size, stored, cut, rows, where):
+        """Is the instance's matrix the node's, or the mesh where the model has it? Then both must be so."""
+        off = np.abs(shown.matrix - matrix[:3])
+        wrong = off > half_ulp(matrix[:3]) + magnitude[:3] * F64_SLACK
+        if not wrong.any():
+            return True
+        near = (np.abs(stored - right) <= half_ulp(right) + size * F64_SLACK).all(axis=(1, 2))
+        if cut.all() or not near[~cut].all():
+            return False
+        i = np.unravel_index(np.argmax(np.where(wrong, off / half_ulp(matrix[:3]), 0)), wrong.shape)
+        self.differ("matrix", where, len(rows), "row %d, column %d is %.9g; right: %.17g" % (*i, shown.matrix[i], matrix[i]))
+        return True
 
     def judge(self, exact, got, bound, got_bound, cut, rows, where):
         """Compare corners in their order. `bound` goes with the right corners, `got_bound` with those of the file."""

@@ -86,6 +86,10 @@ def skins():
     body["targets"] = [{"POSITION": g.accessor([[0, 0, 1], [0, 0, 2], [0.1, 0.2, 0.3], [0, 0, 0]])}]
     yield "skin_and_morph", g.show(top, g.node(mesh=g.mesh(body, weights=[0.7]), skin=skin))
     g = Gltf()
+    skin, top = skeleton(g)
+    extension = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": g.accessor([[0, 0, 0], [3, 0, 0]])}}}
+    yield "skin_instances", g.show(top, g.node(mesh=g.mesh(strip(g, HALF_BENT, ONE)), skin=skin, extensions=extension)).require("EXT_mesh_gpu_instancing")
+    g = Gltf()
     skin, top = skeleton(g, scale=[1, 1, 0])
     yield "skin_flattened", g.show(top, g.node(mesh=g.mesh(strip(g, HALF_BENT, ONE)), skin=skin))
 
