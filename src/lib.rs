@@ -12,11 +12,7 @@
 //! # let path = folder.path().join("scene.bvhc");
 //! # let model = folder.path().join("scene.obj");
 //! # std::fs::write(&model, "o roof\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
-//! # let scene = bvhc::scene::read(&model, &Default::default())?;
-//! # let exec = bvhc::exec::Executor::sequential();
-//! # let accel = bvhc::build::compile(scene, &Default::default(), &exec, &bvhc::build::NoProgress)?;
-//! # let image = bvhc::cache::Image::new(&accel, &exec)?;
-//! # bvhc::cache::write_file(&path, &image, &Default::default(), &Default::default(), &exec)?;
+//! # bvhc::Build::of_model(&model)?.run()?.write(&path)?;
 //! use bvhc::{Cache, Ray};
 //!
 //! let cache = Cache::open(&path)?; // maps the file and checks its hashes
@@ -50,25 +46,14 @@
 //! # let folder = tempfile::tempdir()?;
 //! # let (model, path) = (folder.path().join("scene.obj"), folder.path().join("scene.bvhc"));
 //! # std::fs::write(&model, "o roof\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
-//! use bvhc::build::{self, BuildOptions, NoProgress, Preset};
-//! use bvhc::cache::{self, Image, Meta, WriteOptions, keys::Recipe};
-//! use bvhc::exec::Executor;
-//! use bvhc::scene::{self, ReadOptions};
+//! use bvhc::{Build, build::Preset};
 //!
-//! let scene = scene::read(&model, &ReadOptions::default())?;
-//! let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
-//! let options = BuildOptions::preset(Preset::Balanced);
-//! let exec = Executor::new(0)?; // one thread per core
-//! let accel = build::compile(scene, &options, &exec, &NoProgress)?;
-//!
-//! let method = options.method;
-//! let recipe =
-//!     Recipe { method: method.to_string(), builder_revision: method.revision(), options: options.effective() };
-//! let meta = Meta { notes: accel.notes.clone(), ..cache::provenance(recipe, &inputs, &report) };
-//! cache::write_file(&path, &Image::new(&accel, &exec)?, &meta, &WriteOptions::default(), &exec)?;
+//! Build::of_model(&model)?.preset(Preset::Balanced).run()?.write(&path)?;
 //! # assert_eq!(bvhc::Cache::open(&path)?.triangles().len(), 1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! [`Build`] takes arrays as well, and several meshes with instances. What it builds can be traced without a file.
 //!
 //! # Rooms
 //!
