@@ -254,7 +254,7 @@ fn turned(degrees: f64, [x, y, z]: [f64; 3]) -> Affine {
 
 /// Where a file's records put every corner, by node and source number, and the farthest that one is from where the source puts it.
 fn farthest(source: &Scene, accel: &Accel) -> f64 {
-    let image = bvhc::cache::Image::new(accel);
+    let image = bvhc::cache::Image::new(accel, &Executor::sequential()).unwrap();
     let view = image.view();
     let mut seen = 0;
     let mut worst = 0.0f64;

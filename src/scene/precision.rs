@@ -172,7 +172,7 @@ mod tests {
         let exact = |v: u32| positions[v as usize];
         let (all, some) = (
             Loss::of(&triangles, usize::MAX, exact, |v| about([0.0; 3], exact(v))),
-            Loss::of(&triangles, Loss::SAMPLE, usize::MAX, exact, |v| about([0.0; 3], exact(v))),
+            Loss::of(&triangles, Loss::SAMPLE, exact, |v| about([0.0; 3], exact(v))),
         );
         assert!(all.is_tolerable() && (all.share - some.share).abs() < 0.05 * all.share, "{all:?} {some:?}");
     }

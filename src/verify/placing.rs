@@ -240,7 +240,9 @@ mod tests {
 
     fn build(scene: &Scene, levels: Levels) -> Image {
         let options = BuildOptions { levels, ..BuildOptions::preset(Preset::Draft) };
-        Image::new(&compile(scene.clone(), &options, &Executor::sequential(), &NoProgress).expect("a tree"))
+        let exec = Executor::sequential();
+        let accel = compile(scene.clone(), &options, &exec, &NoProgress).expect("a tree");
+        Image::new(&accel, &exec).expect("an image")
     }
 
     fn moved(scene: &Scene, by: [f64; 3]) -> Scene {
