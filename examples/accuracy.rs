@@ -4,8 +4,9 @@
 //! with the default preset, and measured as `bvhc verify --accuracy` does it. Prints Markdown: a line per scene, and the arithmetics over all
 //! scenes together.
 
-use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset, compile};
+use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset};
 use bvhc::cache::Image;
+use bvhc::compile::compile;
 use bvhc::report::accuracy::chart;
 use bvhc::scene::{ReadOptions, Scene, read};
 use bvhc::trace::arithmetic::{Arithmetic, BoxArithmetic, TriangleArithmetic};
@@ -56,8 +57,9 @@ fn report_of(mut scene: Scene, how: &Measure) -> Result<Report, Box<dyn Error>> 
     let Scene { meshes, instances, .. } = &mut scene;
     instances.retain(|i| !meshes[i.mesh as usize].triangles.is_empty());
     let options = BuildOptions { method: Method::Sbvh, ..BuildOptions::preset(Preset::Best) };
-    let image = Image::new(&compile(scene.clone(), &options, &Executor::new(0)?, &NoProgress)?, &Executor::current())?;
-    Ok(measure(&image.view(), &Oracle::new(&scene), &Sampler::new(&scene), how, &NoProgress)?)
+    let exec = Executor::new(0)?;
+    let image = Image::new(&compile(scene.clone(), &options, &exec, &NoProgress)?, &exec)?;
+    Ok(measure(&image.view(), &Oracle::new(&scene, &exec), &Sampler::new(&scene), how, &exec, &NoProgress)?)
 }
 
 /// Wrong answers among fair and hard rays, of the arithmetics that matter most, and how fast ours is beside the fastest.

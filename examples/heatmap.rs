@@ -4,8 +4,9 @@
 //! for three builds the inner nodes and triangles that each pixel's ray visits, from black (none) over red and yellow to white
 //! (400 and more). The means are printed.
 
-use bvhc::build::{Axes, BuildOptions, Executor, Method, NoProgress, Preset, compile};
+use bvhc::build::{Axes, BuildOptions, Executor, Method, NoProgress, Preset};
 use bvhc::cache::Image;
+use bvhc::compile::compile;
 use bvhc::geom::Ray;
 use bvhc::scene::{ReadOptions, read};
 use bvhc::trace::{Counters, closest_hit, try_closest_hit};

@@ -14,10 +14,12 @@ mod recipes;
 #[path = "../benches/peers/scenes.rs"]
 mod scenes;
 
-use bvhc::build::{BuildOptions, Choice, Executor, NoProgress, Preset, decide_tree};
+use bvhc::build::{BuildOptions, Executor, NoProgress, Preset};
 use bvhc::cache::Image;
+use bvhc::compile::decide_tree;
 use bvhc::random::Random;
 use bvhc::scene::Mesh;
+use bvhc::search::Choice;
 use bvhc::trace::probe::{Camera, ProbeRays};
 use bvhc::tree::Tree;
 
@@ -58,7 +60,7 @@ fn main() -> Result<(), String> {
         println!("{}", judged.row(&scene.name, chosen_on));
         if notes {
             for search in &judged.searches {
-                bvhc::build::notes(std::slice::from_ref(&search.choice)).iter().for_each(|note| eprintln!("{note}"));
+                bvhc::search::notes(std::slice::from_ref(&search.choice)).iter().for_each(|note| eprintln!("{note}"));
             }
         }
     }
@@ -90,13 +92,14 @@ impl Judged {
     fn of(scene: &scenes::Scene, rays: usize, exec: &Executor) -> Result<Judged, String> {
         let mesh = scene.load()?;
         let build = |options: &BuildOptions| decide_tree(&mesh, options, exec, &NoProgress).map_err(|e| e.to_string());
-        let sets = probe(scene, &mesh, &build(&BuildOptions::preset(Preset::Draft))?.0, rays);
+        let draft = build(&BuildOptions::preset(Preset::Draft))?.0;
+        let sets = probe(scene, &image_of(&mesh, &draft, exec)?, rays);
 
         let (mut cheapest, mut least) = (String::new(), [f64::INFINITY; 2]);
         let mut searches = Vec::new();
         for recipe in recipes::recipes(&[], &[])? {
             let (tree, choice) = build(&recipe.options)?;
-            let image = Image::of_tree(&mesh, &tree, &Executor::current())?;
+            let image = image_of(&mesh, &tree, exec)?;
             let cost = sets.each_ref().map(|rays| rays.cost(&image.view(), exec).mean());
             if let Some(choice) = choice {
                 searches.push(Searched { choice, over: cost });
@@ -129,9 +132,12 @@ impl Judged {
     }
 }
 
+fn image_of(mesh: &Mesh, tree: &Tree, exec: &Executor) -> Result<Image, String> {
+    Image::of_tree(mesh, tree, exec).map_err(|e| e.to_string())
+}
+
 /// The rays of the peers' bench, and as many of 64 eyes.
-fn probe(scene: &scenes::Scene, mesh: &Mesh, tree: &Tree, count: usize) -> [ProbeRays; 2] {
-    let image = Image::of_tree(mesh, tree, &Executor::current())?;
+fn probe(scene: &scenes::Scene, image: &Image, count: usize) -> [ProbeRays; 2] {
     let view = image.view();
     let bounds = image.nodes.first().map_or(([0.0; 3], [1.0; 3]), |n| (n.min.map(f64::from), n.max.map(f64::from)));
     let camera = scene.camera(bounds.0, bounds.1).unwrap_or_else(|| Camera::automatic(&view));

@@ -1,11 +1,12 @@
 //! One way in for programs: geometry from arrays or from a model, to a file or to rays, without a choice that can be forgotten.
 //!
-//! The rooms behind it stay open for those who need more: [`scene`](crate::scene) reads, [`build`](crate::build) builds,
+//! The rooms behind it stay open for those who need more: [`scene`](crate::scene) reads, [`compile`](crate::compile) builds,
 //! [`cache`](crate::cache) writes.
 
-use crate::build::{self, BuildError, BuildOptions, NoProgress, Preset, Progress};
+use crate::build::{BuildError, BuildOptions, NoProgress, Preset, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, CacheError, Image, Meta, View, WriteOptions, WriteSummary};
+use crate::compile::compile;
 use crate::exec::Executor;
 use crate::geom::{Affine, Point, Ray};
 use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, Scene, SceneError};
@@ -69,7 +70,7 @@ impl Build {
     /// # Errors
     /// As [`Scene::validate`].
     pub fn of_scene(scene: Scene) -> Result<Build, GeometryError> {
-        scene.validate(&Executor::current())?;
+        scene.validate(&Executor::sequential())?;
         Ok(Build { scene, ..Build::default() })
     }
 
@@ -150,7 +151,7 @@ impl Build {
         let recipe =
             Recipe { method: method.to_string(), builder_revision: method.revision(), options: options.effective() };
         let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
-        let accel = build::compile(scene, &options, &exec, progress)?;
+        let accel = compile(scene, &options, &exec, progress)?;
         let image = Image::new(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
         let meta = Meta { notes: accel.notes, ..cache::provenance(recipe, &inputs, &report) };
         Ok(Built { image, meta, exec })

@@ -2,7 +2,7 @@
 //! engines and simulators map into memory and traverse at once.
 //!
 //! ```text
-//! OBJ / glTF ─ scene:: ─▶ Scene ─ build:: ─▶ Accel ─ cache:: ─▶ file ─▶ check · stats · trace · your engine
+//! OBJ / glTF ─ scene:: ─▶ Scene ─ compile:: ─▶ Accel ─ cache:: ─▶ file ─▶ check · stats · trace · your engine
 //! ```
 //!
 //! # Open a file and trace a ray
@@ -57,11 +57,16 @@
 //!
 //! # Rooms
 //!
+//! Each imports only from those before it, and all of them from `bvhc-core`.
+//!
 //! - [`scene`]: reading OBJ and glTF, with every policy about broken geometry;
-//! - [`build`]: binned and spatial-split builders, top levels over instances;
 //! - [`tree`]: the linear tree and its quality;
+//! - [`build`]: one mesh becomes a tree: methods, options and passes; the top level over instances;
 //! - [`cache`]: the file: writing, opening, checking, converting, and whether it is up to date;
 //! - [`trace`]: watertight traversal and the brute force that it is judged by;
+//! - [`search`]: methods that build, trace and choose; the rays that trees are adapted to;
+//! - [`compile`]: a whole scene becomes all of its trees;
+//! - [`Build`]: all of this in one go;
 //! - [`verify`]: rays traced on the CPU and on OpenCL devices, compared with the oracle;
 //! - [`report`]: facts and figures about a file, as the command line prints them.
 //!
@@ -69,9 +74,11 @@
 
 pub mod build;
 pub mod cache;
+pub mod compile;
 mod door;
 pub mod report;
 pub mod scene;
+pub mod search;
 pub mod trace;
 pub mod tree;
 pub mod verify;

@@ -2,8 +2,9 @@
 
 mod common;
 
-use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset, compile};
+use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset};
 use bvhc::cache::{Image, View};
+use bvhc::compile::compile;
 use bvhc::geom::{Affine, Point, Ray};
 use bvhc::random::Random;
 use bvhc::scene::{Mesh, ReadOptions, Scene, read};
@@ -63,9 +64,9 @@ fn judge(name: &str, scene: Scene, count: usize) {
     for (build, image) in builds(&scene) {
         // All builds of so many levels hold the same vertices and matrices.
         let (view, one_level) = (image.view(), image.view().tlas_nodes.is_empty());
-        let oracle = Oracle::of_file(&scene, &view);
+        let oracle = Oracle::of_file(&scene, &view, &Executor::current());
         let answers = if one_level { &mut of_one_level } else { &mut of_two_levels };
-        let answers = answers.get_or_insert_with(|| oracle.trace_all(&rays));
+        let answers = answers.get_or_insert_with(|| oracle.trace_all(&rays, &Executor::current()));
         let tally = judge_build(name, &build, &view, &oracle, &rays, answers);
         assert_eq!(tally.unsure, 0, "{name}, {build}");
         // Of rays that start at a vertex, one in fifty, an instance's matrix puts many a rounding before or behind it.
@@ -82,7 +83,7 @@ fn judge_build(
     rays: &[Ray],
     answers: &[Answer],
 ) -> Tally {
-    let tally = compare(view, oracle, rays, answers);
+    let tally = compare(view, oracle, rays, answers, &Executor::current());
     report(name, build, &tally);
     assert_right(name, build, &tally);
     let certain = rays.iter().zip(answers).filter(|(_, a)| a.certain().is_some());
@@ -278,7 +279,7 @@ fn grid_mode_is_exact_to_the_last_bit() {
         let method = if seed % 2 == 0 { Method::Binned } else { Method::Sbvh };
         let accel = compile(scene.clone(), &options(method, levels), &Executor::sequential(), &NoProgress);
         let image = Image::new(&accel.expect("a tree"), &Executor::current()).unwrap();
-        let oracle = Oracle::of_file(&scene, &image.view());
+        let oracle = Oracle::of_file(&scene, &image.view(), &Executor::current());
         for ray in &rays {
             let answer = oracle.trace(ray);
             let expected = answer.first().map(|c| {

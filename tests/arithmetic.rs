@@ -2,8 +2,9 @@
 
 mod common;
 
-use bvhc::build::{BuildOptions, Executor, NoProgress, Preset, compile};
+use bvhc::build::{BuildOptions, Executor, NoProgress, Preset};
 use bvhc::cache::Image;
+use bvhc::compile::compile;
 use bvhc::geom::{Affine, Ray};
 use bvhc::random::Random;
 use bvhc::scene::Scene;
@@ -16,17 +17,14 @@ use common::meshes::{cube, place, scene_of, sphere};
 
 fn image(scene: &Scene) -> Image {
     let exec = Executor::new(0).expect("threads");
-    Image::new(
-        &compile(scene.clone(), &BuildOptions::preset(Preset::Best), &exec, &NoProgress).expect("a tree"),
-        &Executor::current(),
-    )
-    .unwrap()
+    Image::new(&compile(scene.clone(), &BuildOptions::preset(Preset::Best), &exec, &NoProgress).expect("a tree"), &exec)
+        .unwrap()
 }
 
 fn report(scene: &Scene) -> Report {
-    let image = image(scene);
+    let (image, exec) = (image(scene), Executor::new(0).expect("threads"));
     let few = Measure { rays: 14_000, timed: 96, rounds: 1, ..Measure::default() };
-    let report = measure(&image.view(), &Oracle::new(scene), &Sampler::new(scene), &few, &NoProgress);
+    let report = measure(&image.view(), &Oracle::new(scene, &exec), &Sampler::new(scene), &few, &exec, &NoProgress);
     let report = report.expect("a well-formed tree");
     assert!(report.judged() >= 14_000 && report.rows.len() == 12, "{report:?}");
     let ours = report.ours();

@@ -1,6 +1,7 @@
 //! What every tree must be, whatever the scene: complete, tight, in canonical order, shallow, and the same for any number of threads.
 
-use bvhc::build::{Axes, BuildOptions, Executor, Method, NoProgress, Preset, build_tree};
+use bvhc::build::{Axes, BuildOptions, Executor, Method, NoProgress, Preset};
+use bvhc::compile::build_tree;
 use bvhc::geom::Aabb;
 use bvhc::scene::Mesh;
 use bvhc::tree::{MAX_DEPTH, Node, Tree};

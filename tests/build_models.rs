@@ -2,7 +2,8 @@
 
 mod common;
 
-use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset, compile};
+use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset};
+use bvhc::compile::compile;
 use bvhc::scene::{self, ReadOptions};
 use bvhc::tree::{MAX_DEPTH, quality};
 

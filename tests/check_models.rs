@@ -4,9 +4,10 @@ mod common;
 
 use std::time::Instant;
 
-use bvhc::build::{self, BuildOptions, Executor, NoProgress, Preset};
+use bvhc::build::{BuildOptions, Executor, NoProgress, Preset};
 use bvhc::cache::check::{Level, Limits, Report, check_bytes, check_image};
 use bvhc::cache::{Image, Meta, WriteOptions, to_bytes};
+use bvhc::compile;
 use bvhc::geom::Affine;
 use bvhc::scene::{self, Instance, Mesh, Part, ReadOptions, Scene};
 
@@ -34,14 +35,11 @@ fn seconds(start: Instant) -> f64 {
 }
 
 /// On one thread, so that the figure is a core's.
-fn timed(check: impl FnOnce() -> Report + Send) -> (Report, f64) {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    pool.install(|| {
-        let start = Instant::now();
-        let before = seconds(start);
-        let report = check();
-        (report, seconds(start) - before)
-    })
+fn timed(check: impl FnOnce() -> Report) -> (Report, f64) {
+    let start = Instant::now();
+    let before = seconds(start);
+    let report = check();
+    (report, seconds(start) - before)
 }
 
 #[test]
@@ -61,9 +59,9 @@ fn long_every_tree_of_every_model_is_valid() {
         let Ok(scene) = scene::read(file, &ReadOptions::default()) else { continue };
         for preset in [Preset::Draft, Preset::Best] {
             let accel =
-                build::compile(scene.clone(), &BuildOptions::preset(preset), &exec, &NoProgress).expect("a tree");
+                compile::compile(scene.clone(), &BuildOptions::preset(preset), &exec, &NoProgress).expect("a tree");
             let image = Image::new(&accel, &Executor::current()).unwrap();
-            let (report, seconds) = timed(|| check_image(&image, &Limits::default(), &Executor::current()));
+            let (report, seconds) = timed(|| check_image(&image, &Limits::default(), &Executor::sequential()));
             let name = file.file_name().unwrap().to_string_lossy();
             let speed = bytes(&image) as f64 / seconds * 1e-9;
             println!("{name} {preset:?}: {} bytes, {speed:.2} GB/s, {}", bytes(&image), show(&report));
@@ -90,12 +88,12 @@ fn long_check_of_everything_in_gigabytes_a_second() {
     for (name, scene) in scenes {
         for preset in [Preset::Draft, Preset::Best] {
             let options = BuildOptions::preset(preset);
-            let accel = build::compile(scene.clone(), &options, &exec, &NoProgress).expect("a tree");
+            let accel = compile::compile(scene.clone(), &options, &exec, &NoProgress).expect("a tree");
             let image = Image::new(&accel, &Executor::current()).unwrap();
             let file = to_bytes(&image, &Meta::default(), &WriteOptions::default(), &Executor::current()).unwrap();
             // Systems count processor time in steps of some milliseconds: check small files as often as makes that small.
             let often = 1 + 200_000_000 / file.len();
-            let check = || check_bytes(&file, Level::Tree, None, &Limits::default(), &Executor::current());
+            let check = || check_bytes(&file, Level::Tree, None, &Limits::default(), &Executor::sequential());
             let runs = (0..3).map(|_| timed(|| (1..often).fold(check(), |_, _| check())));
             let (report, seconds) = runs.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
             let (len, speed) = (file.len(), (file.len() * often) as f64 / seconds * 1e-9);

@@ -1,9 +1,7 @@
 //! Scenes with instances: when there are two levels, what is left out, and where everything ends up in world space.
 
-use bvhc::build::{
-    BuildError, BuildOptions, Executor, Levels, Method, NoProgress, Preset, Progress, bytes_to_reserve, compile,
-    lay_out, primitives_to_build,
-};
+use bvhc::build::{BuildError, BuildOptions, Executor, Levels, Method, NoProgress, Preset, Progress};
+use bvhc::compile::{bytes_to_reserve, compile, lay_out, primitives_to_build};
 use bvhc::geom::{Aabb, Affine};
 use bvhc::scene::{Degenerate, GeometryError, Instance, Mesh, Part, Scene};
 use bvhc::tree::Accel;

@@ -3,7 +3,8 @@
 #[path = "../examples/build_stats/memory.rs"]
 mod memory;
 
-use bvhc::build::{self, BuildOptions, Executor, Levels, Method, NoProgress, Preset};
+use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset};
+use bvhc::compile;
 use bvhc::scene::{self, Mesh, ReadOptions};
 
 /// Short slivers in all directions, strewn over a cube of this edge: the smaller it is, the more their boxes overlap.
@@ -28,7 +29,7 @@ fn colonnade() -> Mesh {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/colonnade.obj");
     let scene = scene::read(file.as_ref(), &ReadOptions::default()).unwrap();
     let options = BuildOptions { levels: Levels::One, ..BuildOptions::default() };
-    build::lay_out(scene, &options, &Executor::sequential()).unwrap().meshes.remove(0)
+    compile::lay_out(scene, &options, &Executor::sequential()).unwrap().meshes.remove(0)
 }
 
 /// One test for all: the counter sees every thread of the process.
@@ -51,7 +52,7 @@ fn builds_hold_no_more_than_promised() {
         ] {
             for jobs in [1, 2] {
                 let exec = Executor::new(jobs).unwrap();
-                let (tree, peak) = memory::peak_of(|| build::build_tree(&mesh, options, &exec, &NoProgress).unwrap());
+                let (tree, peak) = memory::peak_of(|| compile::build_tree(&mesh, options, &exec, &NoProgress).unwrap());
                 let each = peak / mesh.triangles.len();
                 println!("{name}, {jobs} threads: {each} bytes per triangle, {} references", tree.refs.len());
                 assert!(each <= most, "{name}, {jobs} threads: {each} bytes per triangle, more than {most}");

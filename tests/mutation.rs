@@ -155,8 +155,8 @@ fn reports_do_not_depend_on_threads() {
     }
     let bytes = vectors_bytes::refix(bytes);
     let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| check_bytes(&bytes, Level::Tree, None, &Limits::default(), &Executor::current()).findings)
+        let exec = Executor::new(threads).unwrap();
+        check_bytes(&bytes, Level::Tree, None, &Limits::default(), &exec).findings
     };
     let one = run(1);
     assert!(one.len() > 50);

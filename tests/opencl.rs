@@ -3,8 +3,9 @@
 
 mod common;
 
-use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset, compile};
+use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset};
 use bvhc::cache::Image;
+use bvhc::compile::compile;
 use bvhc::geom::{Affine, Ray};
 use bvhc::random::Random;
 use bvhc::scene::{Instance, Mesh, Part, ReadOptions, Scene, read};
@@ -16,6 +17,9 @@ use common::scenes::{real_scenes, sample};
 use std::path::Path;
 use std::process::Command;
 
+/// The threads of the machine.
+static EXEC: Executor = Executor::current();
+
 fn native() -> Option<&'static Context> {
     opencl(Options::default())
 }
@@ -26,11 +30,7 @@ fn soft() -> Option<&'static Context> {
 
 fn build(scene: &Scene, method: Method, levels: Levels) -> Image {
     let options = BuildOptions { method, levels, ..BuildOptions::preset(Preset::Best) };
-    Image::new(
-        &compile(scene.clone(), &options, &Executor::new(0).expect("threads"), &NoProgress).expect("a tree"),
-        &Executor::current(),
-    )
-    .unwrap()
+    Image::new(&compile(scene.clone(), &options, &EXEC, &NoProgress).expect("a tree"), &EXEC).unwrap()
 }
 
 /// Rays of every set.
@@ -53,7 +53,7 @@ fn assert_equal(name: &str, device: &dyn Device, rays: &[Ray], got: &[HitRecord]
 
 /// All bits of all answers, to both questions.
 fn assert_same(name: &str, opencl: &mut OpenCl<'_>, image: &Image, rays: &[Ray]) {
-    let mut cpu = Cpu::new(image.view());
+    let mut cpu = Cpu::new(image.view(), &EXEC);
     for query in [Query::Closest, Query::Any] {
         let want = cpu.trace(rays, query).expect("a tree");
         let got = opencl.trace(rays, query).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -112,7 +112,7 @@ fn brute_force_agrees_with_the_tree() {
             let image = build(&scene, method, levels);
             let mut opencl = OpenCl::new(context, image.view()).expect("memory");
             let brute = without_slot(&opencl.brute_force(&rays).expect("hits"));
-            let want = without_slot(&Cpu::new(image.view()).trace(&rays, Query::Closest).expect("a tree"));
+            let want = without_slot(&Cpu::new(image.view(), &EXEC).trace(&rays, Query::Closest).expect("a tree"));
             assert_equal(file, &opencl, &rays, &brute, &want);
             assert!(brute.iter().filter(|r| r.is_hit()).count() > rays.len() / 4);
         }
@@ -167,7 +167,7 @@ fn on_a_grid_cpu_tree_and_brute_force_agree_on_every_bit() {
         let method = if seed % 3 == 0 { Method::Sbvh } else { Method::Binned };
         let levels = if seed % 4 == 0 { Levels::One } else { Levels::Two };
         let image = build(&scene, method, levels);
-        let want = Cpu::new(image.view()).trace(&rays, Query::Closest).expect("a tree");
+        let want = Cpu::new(image.view(), &EXEC).trace(&rays, Query::Closest).expect("a tree");
 
         // The soft twin on every tenth scene.
         for context in contexts.iter().take(if seed % 10 == 0 { 2 } else { 1 }).flatten() {
@@ -201,7 +201,7 @@ fn sections_larger_than_a_buffer_are_cut_and_what_cannot_fit_is_refused() {
         let mut opencl = OpenCl::new(context, view).expect("it is cut");
         assert_same("cut", &mut opencl, &image, &rays);
         let brute = without_slot(&opencl.brute_force(&rays).expect("hits"));
-        let want = without_slot(&Cpu::new(view).trace(&rays, Query::Closest).expect("a tree"));
+        let want = without_slot(&Cpu::new(view, &EXEC).trace(&rays, Query::Closest).expect("a tree"));
         assert_equal("cut", &opencl, &rays, &brute, &want);
         assert_eq!(opencl.copied_bytes() > 0, copy || !context.info().unified_memory);
     }
@@ -218,7 +218,7 @@ fn mistakes_in_the_kernel_show() {
     let scene = sample("colonnade.obj");
     let image = build(&scene, Method::Binned, Levels::One);
     let rays = all_rays(&scene, 2000);
-    let want = Cpu::new(image.view()).trace(&rays, Query::Closest).expect("a tree");
+    let want = Cpu::new(image.view(), &EXEC).trace(&rays, Query::Closest).expect("a tree");
     for fault in [Fault::DroppedChild, Fault::WrongOctant] {
         let Some(context) = opencl(Options { fault: Some(fault), ..Options::default() }) else { return };
         let got = OpenCl::new(context, image.view()).expect("memory").trace(&rays, Query::Closest).expect("a tree");

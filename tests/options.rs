@@ -1,7 +1,8 @@
 //! The table of options says which methods read an option. Here each method is held to it: it builds another tree with another value of
 //! an option that it reads, and the same tree with any value of an option that it does not.
 
-use bvhc::build::{BuildOptions, Executor, Kind, METHODS, NoProgress, OPTIONS, OptionInfo, Preset, compile};
+use bvhc::build::{BuildOptions, Executor, Kind, METHODS, NoProgress, OPTIONS, OptionInfo, Preset};
+use bvhc::compile::compile;
 use bvhc::geom::Affine;
 use bvhc::scene::{Instance, Mesh, Part, Scene};
 use bvhc::trace::rays::Random;

@@ -1,7 +1,8 @@
 //! Passes over finished trees: nothing is lost, boxes stay unions, order stays canonical, depth and time stay bounded, the SAH
 //! does not rise, and threads change nothing.
 
-use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset, build_tree};
+use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset};
+use bvhc::compile::build_tree;
 use bvhc::geom::Aabb;
 use bvhc::scene::{Mesh, ReadOptions, read};
 use bvhc::tree::quality::sah;

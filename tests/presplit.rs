@@ -1,9 +1,10 @@
 //! Cutting large triangles before the build: within the budget, complete, the same for any number of threads, and no hit lost,
 //! whichever method builds on it.
 
-use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset, build_tree};
+use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset};
 use bvhc::cache::Image;
 use bvhc::cache::check::{Limits, check_image};
+use bvhc::compile::build_tree;
 use bvhc::geom::{Affine, Point};
 use bvhc::random::Random;
 use bvhc::scene::{Instance, Mesh, Part, Scene};
@@ -156,12 +157,12 @@ fn rays_hit_what_brute_force_hits() {
         let scene = Scene { meshes: vec![mesh.clone()], instances: vec![instance], ..Scene::default() };
         let sampler = Sampler::new(&scene);
         let rays: Vec<_> = RaySet::ALL.iter().flat_map(|&set| sampler.rays(set, 300, 1)).collect();
-        let oracle = Oracle::new(&scene);
-        let answers = oracle.trace_all(&rays);
+        let oracle = Oracle::new(&scene, &Executor::current());
+        let answers = oracle.trace_all(&rays, &Executor::current());
         for method in METHODS {
             for share in [0.0, 0.3, 5.0] {
                 let image = image_of(&mesh, build(&mesh, &options(method, share), 2));
-                let tally = compare(&image.view(), &oracle, &rays, &answers);
+                let tally = compare(&image.view(), &oracle, &rays, &answers, &Executor::current());
                 assert!(tally.hits > 100 && tally.wrong() == 0, "{name}, {method}, share {share}: {tally:?}");
             }
         }

@@ -3,11 +3,13 @@
 
 mod common;
 
-use bvhc::build::{BuildOptions, Choice, Executor, Method, NoProgress, Preset, compile, decide_tree, lay_out};
+use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset};
 use bvhc::cache::Image;
 use bvhc::cache::check::{Limits, check_image};
+use bvhc::compile::{compile, decide_tree, lay_out};
 use bvhc::geom::Affine;
 use bvhc::scene::{Mesh, ReadOptions, read};
+use bvhc::search::Choice;
 use bvhc::trace::probe::{Camera, ProbeRays};
 use bvhc::tree::MAX_DEPTH;
 use common::meshes::{place, scene_of, sphere};

@@ -3,8 +3,9 @@
 
 mod common;
 
-use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset, compile};
+use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset};
 use bvhc::cache::{Cache, Image, Meta, OpenOptions, View, WriteOptions, to_bytes};
+use bvhc::compile::compile;
 use bvhc::geom::Ray;
 use bvhc::scene::Scene;
 use bvhc::trace::rays::RaySet;
@@ -16,19 +17,18 @@ use common::devices::others;
 use common::faults::{Fault, plant};
 use common::scenes::sample;
 
+/// The threads of the machine.
+static EXEC: Executor = Executor::current();
+
 fn build(scene: &Scene) -> Image {
     let levels = if scene.instances.len() > 1 { Levels::Two } else { Levels::One };
     let options = BuildOptions { method: Method::Sbvh, levels, ..BuildOptions::preset(Preset::Best) };
-    Image::new(
-        &compile(scene.clone(), &options, &Executor::new(0).expect("threads"), &NoProgress).expect("a tree"),
-        &Executor::current(),
-    )
-    .unwrap()
+    Image::new(&compile(scene.clone(), &options, &EXEC, &NoProgress).expect("a tree"), &EXEC).unwrap()
 }
 
 /// Written and opened again, with hashes that agree: the container cannot tell.
 fn stored(image: &Image) -> Cache {
-    let bytes = to_bytes(image, &Meta::default(), &WriteOptions::default(), &Executor::current()).expect("a file");
+    let bytes = to_bytes(image, &Meta::default(), &WriteOptions::default(), &EXEC).expect("a file");
     Cache::from_bytes(&bytes, &OpenOptions::default()).expect("a valid container")
 }
 
@@ -45,8 +45,8 @@ fn aimed() -> Plan {
 }
 
 fn verify(plan: &Plan, cache: &Cache, scene: &Scene) -> Outcome {
-    let subject = Subject::new(cache.view(), scene);
-    run(&subject, &mut Cpu::new(cache.view()), &mut others(cache.view()), plan, &NoProgress).expect("a verdict")
+    let subject = Subject::new(cache.view(), scene, &EXEC);
+    run(&subject, &mut Cpu::new(cache.view(), &EXEC), &mut others(cache.view()), plan, &NoProgress).expect("a verdict")
 }
 
 /// The scene that the model holds, or the one that the faulty file itself says that it holds.
@@ -172,9 +172,9 @@ fn found_in_traversal<M: Observer + Default>(sample_name: &str, plan: &Plan) {
     let scene = sample(sample_name);
     let cache = stored(&build(&scene));
     let broken = || Broken::<M>(cache.view(), std::marker::PhantomData);
-    let subject = Subject::new(cache.view(), &scene);
-    let beside =
-        run(&subject, &mut Cpu::new(cache.view()), &mut [Box::new(broken())], plan, &NoProgress).expect("a verdict");
+    let subject = Subject::new(cache.view(), &scene, &EXEC);
+    let beside = run(&subject, &mut Cpu::new(cache.view(), &EXEC), &mut [Box::new(broken())], plan, &NoProgress)
+        .expect("a verdict");
     let alone = run(&subject, &mut broken(), &mut [], plan, &NoProgress).expect("a verdict");
     assert_eq!(beside.devices[0].total().mismatches(), 0);
     for device in [&beside.devices[1], &alone.devices[0]] {
@@ -209,9 +209,9 @@ fn a_broken_kernel_is_found() {
         for name in ["corrugated_roof.obj", "forest.glb"] {
             let scene = sample(name);
             let cache = stored(&build(&scene));
-            let subject = Subject::new(cache.view(), &scene);
+            let subject = Subject::new(cache.view(), &scene, &EXEC);
             let broken: Box<dyn Device> = Box::new(OpenCl::new(context, cache.view()).expect("it fits"));
-            let mut cpu = Cpu::new(cache.view());
+            let mut cpu = Cpu::new(cache.view(), &EXEC);
             let outcome = run(&subject, &mut cpu, &mut [broken], &plan(), &NoProgress).expect("a verdict");
             assert_eq!(outcome.devices[0].total().mismatches(), 0);
             let mismatch = outcome.devices[1].first_mismatch.as_ref().expect("a mismatch");
@@ -234,6 +234,6 @@ fn a_malformed_tree_is_told_and_not_walked() {
     let outcome = verify(&plan(), &cache, &scene);
     assert_eq!(outcome.devices[0].total().malformed, 1);
     let mismatch = outcome.first_mismatch().expect("a ray");
-    let again = Cpu::new(cache.view()).trace(&[mismatch.ray], mismatch.query);
+    let again = Cpu::new(cache.view(), &EXEC).trace(&[mismatch.ray], mismatch.query);
     assert!(matches!(again, Err(DeviceError::Malformed { .. })), "{mismatch:?}");
 }

@@ -2,8 +2,9 @@
 
 mod common;
 
-use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset, compile};
+use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset};
 use bvhc::cache::Image;
+use bvhc::compile::compile;
 use bvhc::scene::{ReadOptions, Scene, read};
 use bvhc::verify::{Cpu, OracleOutcome, Outcome, Plan, Subject, run};
 use common::devices::others;
@@ -19,9 +20,9 @@ fn verify(scene: &Scene, method: Method, rays: u64) -> Outcome {
     let image =
         Image::new(&compile(scene.clone(), &options, &exec, &NoProgress).expect("a tree"), &Executor::current())
             .unwrap();
-    let subject = Subject::new(image.view(), scene);
+    let subject = Subject::new(image.view(), scene, &exec);
     let plan = Plan { rays, oracle_work: Plan::ORACLE_WORK / 10, ..Plan::default() };
-    run(&subject, &mut Cpu::new(image.view()), &mut others(image.view()), &plan, &NoProgress).expect("a verdict")
+    run(&subject, &mut Cpu::new(image.view(), &exec), &mut others(image.view()), &plan, &NoProgress).expect("a verdict")
 }
 
 #[test]

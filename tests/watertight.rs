@@ -2,8 +2,9 @@
 
 mod common;
 
-use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset, compile};
+use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset};
 use bvhc::cache::Image;
+use bvhc::compile::compile;
 use bvhc::scene::{Mesh, ReadOptions, read};
 use bvhc::verify::Cpu;
 use bvhc::verify::watertight::{close, escapes, eyes_inside, open_edges};
@@ -12,17 +13,14 @@ use common::meshes::{cube, scene_of, sphere};
 /// The mesh, closed, built by both methods, and shot at on the CPU.
 fn assert_tight(name: &str, mesh: &Mesh, rays: u64) {
     assert!(open_edges(mesh).is_empty(), "{name} is not closed");
-    let eyes = eyes_inside(mesh, 16, 1);
+    let exec = Executor::new(0).expect("threads");
+    let eyes = eyes_inside(mesh, 16, 1, &exec);
     assert!(!eyes.is_empty(), "{name} has no inside");
     for (method, label, share) in [(Method::Binned, "binned", rays / 4), (Method::Sbvh, "sbvh", rays - rays / 4)] {
         let options = BuildOptions { method, ..BuildOptions::preset(Preset::Best) };
-        let exec = Executor::new(0).expect("threads");
-        let image = Image::new(
-            &compile(scene_of(mesh.clone()), &options, &exec, &NoProgress).expect("a tree"),
-            &Executor::current(),
-        )
-        .unwrap();
-        let found = escapes(&mut Cpu::new(image.view()), mesh, &eyes, share, 1).expect("a walk");
+        let image =
+            Image::new(&compile(scene_of(mesh.clone()), &options, &exec, &NoProgress).expect("a tree"), &exec).unwrap();
+        let found = escapes(&mut Cpu::new(image.view(), &exec), mesh, &eyes, share, 1, &exec).expect("a walk");
         println!("{name}, {label}: {} rays at edges and vertices, {} escaped", found.rays, found.escaped);
         assert_eq!((found.rays, found.escaped), (share, 0), "{name}, {label}: {:?}", found.first);
     }

@@ -3,8 +3,9 @@
 use crate::recipes::Recipe;
 use crate::scenes::Scene;
 use crate::workers::{Family, Pipe};
-use bvhc::build::{BuildOptions, Executor, NoProgress, Preset, build_tree};
+use bvhc::build::{BuildOptions, Executor, NoProgress, Preset};
 use bvhc::cache::Image;
+use bvhc::compile::build_tree;
 use bvhc::scene::Mesh;
 use bvhc::trace::probe::{Camera, ProbeRays, RayCost};
 use bvhc::tree::quality::epo::{EndPointOverlap, exact, sampled};

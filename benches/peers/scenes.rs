@@ -1,6 +1,7 @@
 //! The scenes, and where their cameras stand.
 
-use bvhc::build::{BuildOptions, Executor, Levels, Preset, lay_out};
+use bvhc::build::{BuildOptions, Executor, Levels, Preset};
+use bvhc::compile::lay_out;
 use bvhc::scene::{Degenerate, Mesh, ReadOptions, read};
 use bvhc::trace::probe::Camera;
 use std::path::{Path, PathBuf};

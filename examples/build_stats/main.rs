@@ -23,6 +23,7 @@ mod phases;
 use self::phases::cpu_ms;
 use bvhc::build::{self, Axes, BuildOptions, Clip, Executor, Levels, Method, Named, NoProgress, Preset};
 use bvhc::cache::Image;
+use bvhc::compile;
 use bvhc::geom::Affine;
 use bvhc::scene::{self, Instance, Mesh, ReadOptions, Scene};
 use bvhc::trace::rays::{RaySet, Sampler};
@@ -78,7 +79,7 @@ fn main() {
                 *tree = Tree::default();
                 let (start, start_cpu) = (Instant::now(), cpu_ms());
                 (*tree, *peak) =
-                    memory::peak_of(|| build::build_tree(mesh, options, &exec, &NoProgress).expect("a tree"));
+                    memory::peak_of(|| compile::build_tree(mesh, options, &exec, &NoProgress).expect("a tree"));
                 *least = least.min(start.elapsed().as_secs_f64() * 1e3);
                 *least_cpu = least_cpu.min(cpu_ms() - start_cpu);
             }
@@ -194,7 +195,7 @@ fn read(path: &str) -> Scene {
     }
     let scene = scene::read(path.as_ref(), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     let options = BuildOptions { levels: Levels::One, ..BuildOptions::preset(Preset::Draft) };
-    let laid_out = build::lay_out(scene, &options, &Executor::sequential()).expect("one mesh");
+    let laid_out = compile::lay_out(scene, &options, &Executor::sequential()).expect("one mesh");
     let instance = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
     Scene { meshes: laid_out.meshes, instances: vec![instance], ..Scene::default() }
 }

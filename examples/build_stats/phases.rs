@@ -5,6 +5,7 @@
 
 use super::memory::peak_of;
 use bvhc::build::{self, BuildOptions, Executor, Progress};
+use bvhc::compile;
 use bvhc::scene::Mesh;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -46,7 +47,7 @@ impl Progress for Stopwatch<'_> {
 /// The phases of one build in the order in which each is entered first.
 fn of_build(mesh: &Mesh, options: &BuildOptions, exec: &Executor) -> Vec<(&'static str, Times)> {
     let watch = Stopwatch { exec, start: Instant::now(), marks: Mutex::default() };
-    let tree = build::build_tree(mesh, options, exec, &watch).expect("a tree");
+    let tree = compile::build_tree(mesh, options, exec, &watch).expect("a tree");
     watch.phase("end");
     drop(tree);
     let marks = watch.marks.into_inner().expect("no panic while it was held");
@@ -112,7 +113,7 @@ pub fn print(label: &str, mesh: &Mesh, options: &BuildOptions, jobs: usize, repe
             shared * 100.0,
         );
     }
-    let (_, peak) = peak_of(|| build::build_tree(mesh, options, &execs[1], &build::NoProgress).expect("a tree"));
+    let (_, peak) = peak_of(|| compile::build_tree(mesh, options, &execs[1], &build::NoProgress).expect("a tree"));
     println!(
         "\nHeld at once on {jobs} threads: {:.0} bytes per triangle.\n",
         peak as f64 / mesh.triangles.len() as f64

@@ -1,5 +1,7 @@
-//! Building: a [`Mesh`] becomes a [`Tree`], a [`Scene`](crate::scene::Scene)
-//! becomes an [`Accel`](crate::tree::Accel).
+//! Building: a [`Mesh`] becomes a [`Tree`]: methods and passes.
+//!
+//! What traces rays to build better stands above this room: [`search`](crate::search) finds the rays that trees are adapted to and tries
+//! several recipes, and [`compile`](crate::compile) does all of it for whole scenes.
 //!
 //! Four roles never mix. The *driver* owns the recursion, node emission, the depth guarantee and leaf creation; a
 //! *strategy* (binned, spatial, sweep) answers one question, where to split this range; *cost* is the only place that knows
@@ -9,30 +11,23 @@
 mod agglomerative;
 mod binned;
 mod bonsai;
-mod compile;
 mod cost;
 mod error;
-pub mod passes;
+pub(crate) mod passes;
 mod presplit;
 mod prim_ref;
 mod progress;
 mod radix;
 mod recipe;
-mod search;
 mod spatial;
 mod sweep;
+pub(crate) mod tlas;
 mod top_down;
 #[cfg(test)]
 mod wide_door;
 
 pub use crate::exec::Executor;
-pub use binned::{Binned, ObjectSplit, area_scale, scaled_half_area};
-pub use compile::{
-    LaidOut, MAX_INSTANCES, Placing, bytes_to_reserve, compile, compile_laid_out, lay_out, primitives_to_build, tlas,
-};
-pub use cost::Sah;
 pub use error::{BuildError, Remedy};
-pub use prim_ref::{PrimRef, PrimRefs};
 pub use progress::{NoProgress, Progress};
 pub use recipe::names::{Named, nearest};
 pub use recipe::options::{Axes, BuildOptions, Clip, Levels, MAX_ADAPT, Method, Preset};
@@ -40,45 +35,22 @@ pub use recipe::registry::{METHODS, MethodInfo, PRESETS, PresetInfo};
 pub use recipe::row::{InKey, Kind, OptionInfo, Readers, Spelling};
 pub use recipe::settings::Setting;
 pub use recipe::table::{OPTIONS, option};
-pub use search::{Choice, Trial, notes};
-pub use spatial::{Spatial, budgeted_slots};
-pub use top_down::driver;
-pub use top_down::partition::bounds_of;
-pub use top_down::strategy::{Child, Decision, NodeTask, Strategy};
+pub(crate) use top_down::driver::MAX_REFS;
 
 use crate::scene::Mesh;
 use crate::tree::Tree;
+use binned::Binned;
+use prim_ref::{PrimRef, PrimRefs};
+use spatial::{Spatial, budgeted_slots};
+use top_down::driver;
 
-/// One mesh's tree by the method that the options name.
+/// The tree that the options' method makes, before any pass.
+///
+/// A search is no method to build by: of what it tries, spatial splits are what it could only mean.
 ///
 /// # Errors
-/// Where the mesh breaks what [`Mesh::validate`] asks for, an option is out of its range, or the tree would be too large.
-pub fn build_tree(
-    mesh: &Mesh,
-    options: &BuildOptions,
-    exec: &Executor,
-    progress: &dyn Progress,
-) -> Result<Tree, BuildError> {
-    mesh.validate(0, exec)?;
-    decide_tree(mesh, options, exec, progress).map(|(tree, _)| tree)
-}
-
-/// [`build_tree`], and how a search came to it.
-pub fn decide_tree(
-    mesh: &Mesh,
-    options: &BuildOptions,
-    exec: &Executor,
-    progress: &dyn Progress,
-) -> Result<(Tree, Option<Choice>), BuildError> {
-    if options.method.is_search() {
-        let (tree, choice) = search::build(mesh, options, exec, progress)?;
-        return Ok((tree, Some(choice)));
-    }
-    compile_tree(mesh, options, exec, progress).map(|tree| (tree, None))
-}
-
-/// A tree by a method that is no search.
-fn compile_tree(
+/// Where the tree would have more references than there are numbers for, or `progress` cancels.
+pub(crate) fn initial_tree(
     mesh: &Mesh,
     options: &BuildOptions,
     exec: &Executor,
@@ -86,30 +58,42 @@ fn compile_tree(
 ) -> Result<Tree, BuildError> {
     let count = mesh.triangles.len();
     progress.phase("references");
-    let tree = match options.method {
+    match options.method {
         Method::Binned => {
             let refs = references(mesh, options, exec)?;
             let live = refs.refs.len();
-            driver::build(refs, live, &Binned::new(options), options.max_leaf, exec, progress, count as u64)?
+            driver::build(refs, live, &Binned::new(options), options.max_leaf, exec, progress, count as u64)
         }
         Method::Agglomerative => {
             let refs = references(mesh, options, exec)?;
-            agglomerative::build(refs, options, exec, progress, count as u64)?
+            agglomerative::build(refs, options, exec, progress, count as u64)
         }
-        // A search is no way to build: of what it tries, spatial splits are what this could only mean.
         Method::Sbvh | Method::Auto | Method::Best => {
             let slots = budgeted_slots(count, options.split_budget);
             driver::check_slots(slots)?;
             let slack = slots - count;
             let refs = PrimRefs::of_mesh(mesh, slack, exec);
             let strategy = Spatial::new(mesh, &refs.bounds, options);
-            driver::build(refs, count, &strategy, options.max_leaf, exec, progress, count as u64)?
+            driver::build(refs, count, &strategy, options.max_leaf, exec, progress, count as u64)
         }
-        Method::Bonsai => bonsai::build(references(mesh, options, exec)?, options, exec, progress, count as u64)?,
-        Method::Sweep => sweep::build(references(mesh, options, exec)?, options, exec, progress, count as u64)?,
+        Method::Bonsai => bonsai::build(references(mesh, options, exec)?, options, exec, progress, count as u64),
+        Method::Sweep => sweep::build(references(mesh, options, exec)?, options, exec, progress, count as u64),
+    }
+}
+
+/// Bytes that the method sets aside before it builds a tree over so many triangles: the references with their duplicates, and what
+/// it holds beside them.
+pub(crate) fn bytes_to_reserve(triangles: usize, options: &BuildOptions) -> u64 {
+    let references = match options.method {
+        Method::Sbvh => budgeted_slots(triangles, options.split_budget),
+        _ => presplit::budgeted(triangles, options.presplit),
     };
-    let guide = passes::guide_for(mesh, &tree, options, exec, progress);
-    passes::run(tree, guide.as_ref(), options, exec, progress).map(passes::Outcome::into_tree)
+    let beside = match options.method {
+        Method::Sweep => sweep::BYTES_PER_REF,
+        Method::Agglomerative => agglomerative::BYTES_PER_REF,
+        Method::Binned | Method::Bonsai | Method::Sbvh | Method::Auto | Method::Best => 0,
+    };
+    (references as u64).saturating_mul(size_of::<PrimRef>() as u64 + beside)
 }
 
 /// The references of a mesh, large triangles cut before where the options say so.

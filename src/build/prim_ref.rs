@@ -1,4 +1,3 @@
-use super::top_down::partition::bounds_of;
 use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::scene::Mesh;
@@ -55,6 +54,15 @@ pub struct PrimRefs {
     pub bounds: Aabb,
     /// Box of the references' [`PrimRef::center2`].
     pub centroids: Aabb,
+}
+
+/// Bounds and centroid bounds of some references.
+pub fn bounds_of(refs: &[PrimRef]) -> (Aabb, Aabb) {
+    let (bounds, centroids) = refs.iter().fold((LaneBox::EMPTY, LaneBox::EMPTY), |(b, c), r| {
+        let r = r.lanes();
+        (b.union(r), c.grow(r.min.plus(r.max)))
+    });
+    (bounds.aabb(), centroids.aabb())
 }
 
 /// References a task makes at once. A constant, so that nothing depends on the number of threads.

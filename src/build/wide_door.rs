@@ -1,5 +1,5 @@
 use super::sweep::tests::samples;
-use super::{BuildOptions, Method, NoProgress, Preset, build_tree};
+use super::{BuildOptions, Method, NoProgress, Preset, initial_tree};
 use crate::exec::Executor;
 use crate::simd::narrow;
 
@@ -10,7 +10,7 @@ fn the_wide_door_changes_no_tree() {
         for method in [Method::Binned, Method::Agglomerative, Method::Sbvh, Method::Bonsai, Method::Sweep] {
             for radius in [1, 14, 31] {
                 let options = BuildOptions { method, radius, ..BuildOptions::preset(Preset::Draft) };
-                let build = || build_tree(&mesh, &options, &exec, &NoProgress).unwrap();
+                let build = || initial_tree(&mesh, &options, &exec, &NoProgress).unwrap();
                 let (wide, narrow) = (build(), narrow(build));
                 assert!(wide == narrow, "{name} by {method:?} with radius {radius}");
                 if method != Method::Agglomerative {

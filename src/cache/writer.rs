@@ -35,7 +35,7 @@ pub struct WriteOptions {
     /// How sections are stored.
     pub codec: Codec,
     /// Hold every record against the rules of the format first, and refuse an image that breaks one: a few passes over the records.
-    /// Turn it off only for an image that came from [`build::compile`](crate::build::compile) and was not changed.
+    /// Turn it off only for an image that came from [`compile`](crate::compile::compile) and was not changed.
     pub check: bool,
 }
 

@@ -5,8 +5,9 @@ use super::exit::Exit;
 use super::failure::Failure;
 use super::figures;
 use super::names;
-use crate::build::{self, BuildError, BuildOptions, Levels, Named, Remedy};
+use crate::build::{BuildError, BuildOptions, Levels, Named, Remedy};
 use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, MAGIC, Meta, OpenOptions, Validation};
+use crate::compile;
 use crate::scene::{self, Degenerate, ReadOptions, Scene, SceneError};
 use std::fs::File;
 use std::io::Read;
@@ -126,14 +127,14 @@ pub fn scene_failure(error: &SceneError) -> Failure {
 
 /// Refuse a scene whose instances or duplicates would take more than `--max-memory` when they are laid out.
 pub fn fits(model: &Path, scene: &Scene, options: &BuildOptions, context: &Context) -> Result<(), Failure> {
-    let (needed, limit) = (build::bytes_to_reserve(scene, options), context.global.max_memory);
+    let (needed, limit) = (compile::bytes_to_reserve(scene, options), context.global.max_memory);
     if needed <= limit {
         return Ok(());
     }
     Err(Failure::new(Exit::Limit, format!("cannot lay out {}", names::path(model)))
         .fact(format!(
             "{} triangles need {}",
-            figures::count(build::primitives_to_build(scene, options)),
+            figures::count(compile::primitives_to_build(scene, options)),
             figures::bytes(needed)
         ))
         .fact(format!("the limit is {}", figures::bytes(limit)))

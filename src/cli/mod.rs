@@ -63,7 +63,7 @@ pub fn run(args: Vec<OsString>) -> Exit {
         interrupt::install()?;
         let exec = Executor::new(global.jobs).map_err(|e| threads_failure(&e))?;
         let context = Context { terminal, global, exec };
-        // What still asks rayon's current pool is inside of ours.
+        // Inside, so that no operation has to wait for the way in.
         context.exec.run(|| dispatch(&cli.command, &context))
     });
     outcome.unwrap_or_else(|failure| {

@@ -130,7 +130,7 @@ pub struct CountInfo {
 }
 
 /// Names of the tree flags, lowest bit first.
-pub const TREE_FLAG_NAMES: [(u32, &str); 5] = [
+const TREE_FLAG_NAMES: [(u32, &str); 5] = [
     (tree_flags::REFITTABLE, "REFITTABLE"),
     (tree_flags::DUP_REFS, "DUP_REFS"),
     (tree_flags::CANONICAL_DFS, "CANONICAL_DFS"),
@@ -139,7 +139,7 @@ pub const TREE_FLAG_NAMES: [(u32, &str); 5] = [
 ];
 
 /// Names of the section flags, lowest bit first.
-pub const SECTION_FLAG_NAMES: [(u32, &str); 3] = [
+const SECTION_FLAG_NAMES: [(u32, &str); 3] = [
     (section_flags::CRITICAL, "CRITICAL"),
     (section_flags::COPY_SAFE, "COPY_SAFE"),
     (section_flags::CONTENT, "CONTENT"),

@@ -87,8 +87,9 @@ impl Slots {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, NoProgress, build_tree};
+    use crate::build::{BuildOptions, NoProgress};
     use crate::cache::Image;
+    use crate::compile::build_tree;
     use crate::scene::{Mesh, Part};
     use crate::tree::Accel;
 

@@ -1,4 +1,5 @@
 use super::{InputFile, ReadOptions, SceneError};
+use crate::exec::Executor;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ pub(super) struct Source<'a> {
     pub folder: Option<PathBuf>,
     pub options: &'a ReadOptions,
     pub inputs: Vec<InputFile>,
+    exec: &'a Executor,
     progress: Progress<'a>,
     done: u64,
     total: u64,
@@ -25,9 +27,10 @@ impl<'a> Source<'a> {
         path: &'a Path,
         folder: Option<PathBuf>,
         options: &'a ReadOptions,
+        exec: &'a Executor,
         progress: Progress<'a>,
     ) -> Source<'a> {
-        Source { path, folder, options, inputs: Vec::new(), progress, done: 0, total: 0, used: 0 }
+        Source { path, folder, options, inputs: Vec::new(), exec, progress, done: 0, total: 0, used: 0 }
     }
 
     /// Count `bytes` towards the memory limit, before they are allocated.
@@ -82,13 +85,7 @@ impl<'a> Source<'a> {
 
     /// Hash the bytes that were read, so that what is hashed is what is used even if the file changes meanwhile.
     pub fn add_input(&mut self, path: PathBuf, name: String, bytes: &[u8]) {
-        let mut hasher = blake3::Hasher::new();
-        if bytes.len() < 1 << 17 {
-            hasher.update(bytes)
-        } else {
-            hasher.update_rayon(bytes)
-        };
-        self.inputs.push(InputFile { path, name, len: bytes.len() as u64, blake3: hasher.finalize().into() });
+        self.inputs.push(InputFile { path, name, len: bytes.len() as u64, blake3: self.exec.hash(bytes) });
         self.total += bytes.len() as u64;
     }
 

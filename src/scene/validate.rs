@@ -152,7 +152,7 @@ impl Mesh {
         let count = triangles.len() as u32; // more than 32 bits are refused below
         let part = Part { name: name.clone(), triangle_count: count, prim_count: count, ..Part::default() };
         let mesh = Mesh { name, positions, triangles, parts: vec![part], ..Mesh::default() };
-        mesh.validate(0, &Executor::current())?;
+        mesh.validate(0, &Executor::sequential())?;
         Ok(mesh)
     }
 
@@ -226,7 +226,7 @@ impl Scene {
     /// As [`Scene::validate`].
     pub fn new(meshes: Vec<Mesh>, instances: Vec<Instance>) -> Result<Scene, GeometryError> {
         let scene = Scene { meshes, instances, ..Scene::default() };
-        scene.validate(&Executor::current())?;
+        scene.validate(&Executor::sequential())?;
         Ok(scene)
     }
 

@@ -3,8 +3,8 @@
 use super::brute::{Answer, Candidate, Oracle, Order, Source, Standing};
 use super::{Hit, closest_hit};
 use crate::cache::{NO_NODE, View};
+use crate::exec::Executor;
 use crate::geom::Ray;
-use rayon::prelude::*;
 
 /// How one ray's hit stands to the [`Answer`] of brute force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -84,12 +84,11 @@ impl Tally {
 }
 
 /// Trace every ray through `view` and judge it by `answers`, which [`Oracle::trace_all`] gave for the same rays.
-pub fn compare(view: &View<'_>, oracle: &Oracle<'_>, rays: &[Ray], answers: &[Answer]) -> Tally {
-    let one = |(ray, answer): (&Ray, &Answer)| {
-        let hit = closest_hit(view, ray);
-        (judge(view, oracle, answer, hit.as_ref()), hit)
-    };
-    let judged: Vec<(Verdict, Option<Hit>)> = rays.par_iter().zip(answers).map(one).collect();
+pub fn compare(view: &View<'_>, oracle: &Oracle<'_>, rays: &[Ray], answers: &[Answer], exec: &Executor) -> Tally {
+    let judged: Vec<(Verdict, Option<Hit>)> = exec.map_range(rays.len().min(answers.len()), |i| {
+        let hit = closest_hit(view, &rays[i]);
+        (judge(view, oracle, &answers[i], hit.as_ref()), hit)
+    });
     let mut tally = Tally::default();
     for (index, (verdict, hit)) in judged.into_iter().enumerate() {
         tally.add(verdict);

@@ -43,7 +43,7 @@ impl<'a> Lent<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, NoProgress, Preset, build_tree};
+    use crate::build::{BuildOptions, NoProgress, Preset, initial_tree};
     use crate::cache::Image;
     use crate::geom::Ray;
     use crate::scene::Part;
@@ -56,7 +56,7 @@ mod tests {
         let part = |first| Part { first_triangle: first, triangle_count: 100, prim_count: 100, ..Part::default() };
         let mesh = Mesh { positions, triangles, parts: vec![part(0), part(100)], ..Mesh::default() };
         let options = BuildOptions::preset(Preset::Balanced);
-        let tree = build_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
+        let tree = initial_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
         let (lent, image) = (
             Lent::new(&mesh, &tree, &Executor::sequential()),
             Image::of_tree(&mesh, &tree, &Executor::sequential()).unwrap(),

@@ -7,7 +7,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `plan`, `subject`, `stored` | what is traced, through what, and what the file itself says that it holds |
-//! | `run`, `outcome`, `origin` | the pipeline, what it came to, and which triangle of the scene a hit names |
+//! | `run`, `outcome`, `class`, `origin` | the pipeline, what it came to, how answers are classed, and which triangle of the scene a hit names |
 //! | `placing` | whether the triangles are where the model has them |
 //! | `blame` | the record that makes a ray go wrong |
 //! | `replay`, `ray_text` | one ray again, with a log; a ray as text |
@@ -16,6 +16,7 @@
 
 pub mod accuracy;
 mod blame;
+mod class;
 mod cpu;
 mod device;
 #[cfg(feature = "opencl")]
@@ -35,13 +36,14 @@ mod subject;
 pub mod watertight;
 
 pub use blame::Blame;
+pub use class::{Class, Counts};
 pub use cpu::Cpu;
 pub use device::{Device, DeviceError, Query};
-pub use outcome::{Class, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Outcome};
+pub use outcome::{DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Outcome};
 pub use placing::{Placed, placed};
 pub use plan::{Asked, Batch, Plan, Reference};
 pub use ray_text::{read_ray, write_ray};
-pub use record::{HitRecord, NO_HIT, NO_INSTANCE, RayRecord};
+pub use record::{HitRecord, NO_HIT, NO_INSTANCE};
 pub use replay::{Replay, Step, replay};
 pub use run::{VerifyError, run};
 pub use sets::{SETS, set_name, set_named};

@@ -1,8 +1,8 @@
 use crate::cache::{NO_NODE, View};
+use crate::exec::Executor;
 use crate::scene::{Mesh, Scene};
 use crate::trace::Hit;
 use crate::trace::brute::Source;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// For each record of `TRIS` the triangle of the scene whose numbers it bears.
@@ -22,7 +22,7 @@ pub(super) enum Origin {
 }
 
 impl Origins {
-    pub fn new(view: &View<'_>, scene: &Scene) -> Origins {
+    pub fn new(view: &View<'_>, scene: &Scene, exec: &Executor) -> Origins {
         let rows = if view.tlas_nodes.is_empty() { rows_of_one_level(view, scene) } else { rows_of_two(view, scene) };
         let origin = |row: Option<&Row>, prim: u32| match row {
             Some(Row::Place { instance, part }) => {
@@ -33,7 +33,11 @@ impl Origins {
             Some(Row::Several) => Origin::Several,
             Some(Row::Nothing) | None => Origin::Nothing,
         };
-        Origins { slots: view.triangles.par_iter().map(|t| origin(rows.get(t.geom as usize), t.prim)).collect() }
+        let of_slot = |slot: usize| {
+            let triangle = &view.triangles[slot];
+            origin(rows.get(triangle.geom as usize), triangle.prim)
+        };
+        Origins { slots: exec.generate(view.triangles.len(), of_slot) }
     }
 
     /// The triangle of the scene that a hit names.

@@ -5,9 +5,9 @@
 //! and is too much where a mesh loses its shape ([`Loss`]), and what no rounding explains.
 
 use crate::cache::{GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, View};
+use crate::exec::Executor;
 use crate::geom::{Affine, Point};
 use crate::scene::{Instance, Loss, Mesh, Scene};
-use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -36,16 +36,17 @@ impl Placed {
 /// Triangles looked at in all, and fewest of each instance.
 const WORK: usize = 1 << 24;
 const LEAST: usize = 64;
+/// Triangles that a task looks at. A constant, so that nothing depends on the number of threads.
+const CHUNK: usize = 1 << 14;
 
 /// Compare a file with the model that it was built from.
-pub fn placed(view: &View<'_>, scene: &Scene) -> Placed {
+pub fn placed(view: &View<'_>, scene: &Scene, exec: &Executor) -> Placed {
     let sources = Sources::new(scene);
     let world = [None];
     let places: Vec<Option<&InstanceRecord>> =
         if view.tlas_nodes.is_empty() { world.to_vec() } else { view.instances.iter().map(Some).collect() };
     let most = (WORK / places.len().max(1)).max(LEAST);
-    let of_places: Vec<BTreeMap<u32, Tally>> =
-        places.par_iter().map(|place| of_place(view, *place, &sources, most)).collect();
+    let of_places = exec.map(places, |_, place| of_place(view, place, &sources, most, exec));
     let mut tallies = BTreeMap::<u32, Tally>::new();
     for (instance, tally) in of_places.into_iter().flatten() {
         tallies.entry(instance).or_default().append(tally);
@@ -132,6 +133,7 @@ fn of_place(
     place: Option<&InstanceRecord>,
     sources: &Sources<'_>,
     most: usize,
+    exec: &Executor,
 ) -> BTreeMap<u32, Tally> {
     let tree = place.map_or(0, |p| p.blas as usize);
     let Some(blas) = view.blas(tree) else { return BTreeMap::new() };
@@ -143,28 +145,24 @@ fn of_place(
 
     let all = blas.triangles.len();
     let step = all.div_ceil(most).max(1);
-    let chunks: Vec<BTreeMap<u32, Tally>> = blas
-        .triangles
-        .par_chunks(1 << 14)
-        .map(|chunk| {
-            let mut tallies = BTreeMap::<u32, Tally>::new();
-            for record in chunk.iter().step_by(step) {
-                let row = (record.geom as usize).checked_sub(low).and_then(|row| rows.get(row));
-                let (by_matrix, from) = row.map_or((false, &[][..]), |(by_matrix, from)| (*by_matrix, &from[..]));
-                let judged = from.iter().filter_map(|(number, part)| {
-                    let instance = &sources.scene.instances[*number as usize];
-                    let mesh = &sources.scene.meshes[instance.mesh as usize];
-                    let corners = mesh.corners(find(mesh, *part, record.prim)?);
-                    Some((*number, judge(record, corners, instance, &to_tree, by_matrix && place.is_some())))
-                });
-                match judged.min_by(|a, b| a.1.moved.total_cmp(&b.1.moved)) {
-                    Some((number, judged)) => tallies.entry(number).or_default().add(&judged),
-                    None => tallies.entry(UNKNOWN).or_default().astray += 1,
-                }
+    let chunks = exec.map_chunks(blas.triangles, CHUNK, |_, chunk| {
+        let mut tallies = BTreeMap::<u32, Tally>::new();
+        for record in chunk.iter().step_by(step) {
+            let row = (record.geom as usize).checked_sub(low).and_then(|row| rows.get(row));
+            let (by_matrix, from) = row.map_or((false, &[][..]), |(by_matrix, from)| (*by_matrix, &from[..]));
+            let judged = from.iter().filter_map(|(number, part)| {
+                let instance = &sources.scene.instances[*number as usize];
+                let mesh = &sources.scene.meshes[instance.mesh as usize];
+                let corners = mesh.corners(find(mesh, *part, record.prim)?);
+                Some((*number, judge(record, corners, instance, &to_tree, by_matrix && place.is_some())))
+            });
+            match judged.min_by(|a, b| a.1.moved.total_cmp(&b.1.moved)) {
+                Some((number, judged)) => tallies.entry(number).or_default().add(&judged),
+                None => tallies.entry(UNKNOWN).or_default().astray += 1,
             }
-            tallies
-        })
-        .collect();
+        }
+        tallies
+    });
     let mut tallies = BTreeMap::<u32, Tally>::new();
     for (number, tally) in chunks.into_iter().flatten() {
         tallies.entry(number).or_default().append(tally);
@@ -234,8 +232,9 @@ fn find(mesh: &Mesh, part: usize, prim: u32) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, Executor, Levels, NoProgress, Preset, compile};
+    use crate::build::{BuildOptions, Levels, NoProgress, Preset};
     use crate::cache::Image;
+    use crate::compile::compile;
     use crate::trace::rays::grid::GridScene;
 
     fn build(scene: &Scene, levels: Levels) -> Image {
@@ -256,7 +255,7 @@ mod tests {
         for seed in 0..8 {
             let scene = GridScene::new(seed, 0).scene;
             for levels in [Levels::One, Levels::Two, Levels::Auto] {
-                let placed = placed(&build(&scene, levels).view(), &scene);
+                let placed = placed(&build(&scene, levels).view(), &scene, &Executor::sequential());
                 assert!(placed.is_right() && placed.triangles > 0, "seed {seed}: {placed:?}");
             }
         }
@@ -269,24 +268,24 @@ mod tests {
             let mut image = build(&scene, levels);
             let corner = &mut image.triangles[5].v1[2];
             *corner += 1.0 + corner.abs() * 1e-3;
-            let spoilt = placed(&image.view(), &scene);
+            let spoilt = placed(&image.view(), &scene, &Executor::sequential());
             assert!(!spoilt.is_right() && spoilt.astray > 0, "{spoilt:?}");
             let mut image = build(&scene, levels);
             image.triangles[5].prim = 999_999;
-            assert!(placed(&image.view(), &scene).astray > 0);
+            assert!(placed(&image.view(), &scene, &Executor::sequential()).astray > 0);
         }
         let mut image = build(&scene, Levels::Two);
         image.instances[0].world_to_object[3] += 1.0;
-        assert!(placed(&image.view(), &scene).astray > 0);
+        assert!(placed(&image.view(), &scene, &Executor::sequential()).astray > 0);
     }
 
     #[test]
     fn rounding_that_takes_the_shape_is_told() {
         let scene = moved(&GridScene::new(3, 0).scene, [3e8 + 0.3, 0.7, -7e8 - 0.1]);
-        let flat = placed(&build(&scene, Levels::One).view(), &scene);
+        let flat = placed(&build(&scene, Levels::One).view(), &scene, &Executor::sequential());
         assert_eq!(flat.astray, 0);
         assert!(!flat.is_right() && flat.loss.farthest > 1.0 && flat.instance.is_some(), "{flat:?}");
         let read = Scene { rounding: crate::scene::Rounding { loss: flat.loss, ..Default::default() }, ..scene };
-        assert!(!placed(&build(&Scene::default(), Levels::Auto).view(), &read).is_right());
+        assert!(!placed(&build(&Scene::default(), Levels::Auto).view(), &read, &Executor::sequential()).is_right());
     }
 }

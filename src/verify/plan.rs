@@ -1,8 +1,8 @@
+use crate::exec::Executor;
 use crate::geom::Ray;
 use crate::random::Random;
 use crate::trace::brute::{Oracle, Source};
 use crate::trace::rays::{RaySet, Sampler};
-use rayon::prelude::*;
 
 /// What to trace, and how much of it the oracle judges. Equal plans trace equal rays on any machine with any number of threads.
 #[derive(Clone, Debug)]
@@ -71,11 +71,11 @@ impl Plan {
     }
 
     /// What one ray costs the oracle, as the first few of every set tell.
-    pub fn cost(&self, oracle: &Oracle<'_>, sampler: &Sampler<'_>) -> u64 {
+    pub fn cost(&self, oracle: &Oracle<'_>, sampler: &Sampler<'_>, exec: &Executor) -> u64 {
         let few = |set: usize| Batch { set, first: 0, count: self.rays_of(set).min(Self::LEAST) };
-        let rays: Vec<Ray> = (0..self.sets.len()).flat_map(|set| self.rays_in(&few(set), sampler)).collect();
-        let tests: u64 = rays.par_iter().map(|ray| oracle.trace_counted(ray).1).sum();
-        tests / (rays.len() as u64).max(1)
+        let rays: Vec<Ray> = (0..self.sets.len()).flat_map(|set| self.rays_in(&few(set), sampler, exec)).collect();
+        let tests = exec.map_range(rays.len(), |i| oracle.trace_counted(&rays[i]).1);
+        tests.into_iter().sum::<u64>() / (rays.len() as u64).max(1)
     }
 
     /// The share of `sets[set]`.
@@ -92,23 +92,28 @@ impl Plan {
         })
     }
 
-    /// The rays of a batch, on all threads.
-    pub fn rays_in(&self, batch: &Batch, sampler: &Sampler<'_>) -> Vec<Ray> {
-        self.units_of(batch, |count, seed| sampler.rays(self.sets[batch.set], count, seed))
+    /// The rays of a batch.
+    pub fn rays_in(&self, batch: &Batch, sampler: &Sampler<'_>, exec: &Executor) -> Vec<Ray> {
+        self.units_of(batch, exec, |count, seed| sampler.rays(self.sets[batch.set], count, seed))
     }
 
     /// The triangles that the rays of a batch are aimed at, where its set does so.
-    pub fn targets_in(&self, batch: &Batch, sampler: &Sampler<'_>) -> Vec<Source> {
-        self.units_of(batch, |count, seed| sampler.targets(self.sets[batch.set], count, seed))
+    pub fn targets_in(&self, batch: &Batch, sampler: &Sampler<'_>, exec: &Executor) -> Vec<Source> {
+        self.units_of(batch, exec, |count, seed| sampler.targets(self.sets[batch.set], count, seed))
     }
 
-    fn units_of<T: Send>(&self, batch: &Batch, of: impl Fn(usize, u64) -> Vec<T> + Sync) -> Vec<T> {
+    fn units_of<T: Copy + Send>(
+        &self,
+        batch: &Batch,
+        exec: &Executor,
+        of: impl Fn(usize, u64) -> Vec<T> + Sync,
+    ) -> Vec<T> {
         let units: Vec<u64> = (batch.first / UNIT..(batch.first + batch.count).div_ceil(UNIT)).collect();
-        let some = units.into_par_iter().flat_map_iter(|unit| {
+        let some = exec.map(units, |_, unit| {
             let count = UNIT.min(batch.first + batch.count - unit * UNIT);
             of(count as usize, seed_of(self.seed, unit))
         });
-        some.collect()
+        some.concat()
     }
 }
 
@@ -169,11 +174,12 @@ mod tests {
         let scene = Scene::default();
         let sampler = Sampler::new(&scene);
         let plan = plan(3 * UNIT, 1);
-        let all = plan.rays_in(&Batch { set: 0, first: 0, count: 3 * UNIT }, &sampler);
-        let tail = plan.rays_in(&Batch { set: 0, first: UNIT, count: UNIT + 5 }, &sampler);
+        let all = plan.rays_in(&Batch { set: 0, first: 0, count: 3 * UNIT }, &sampler, &Executor::sequential());
+        let tail = plan.rays_in(&Batch { set: 0, first: UNIT, count: UNIT + 5 }, &sampler, &Executor::sequential());
         assert_eq!(all[UNIT as usize..][..UNIT as usize + 5], tail);
         assert!(all.windows(2).all(|w| w[0] != w[1]));
-        let other = Plan { seed: 2, ..plan }.rays_in(&Batch { set: 0, first: 0, count: 8 }, &sampler);
+        let other =
+            Plan { seed: 2, ..plan }.rays_in(&Batch { set: 0, first: 0, count: 8 }, &sampler, &Executor::sequential());
         assert_ne!(all[..8], other[..]);
     }
 

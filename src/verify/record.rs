@@ -1,3 +1,4 @@
+#[cfg(feature = "opencl")]
 use crate::geom::Ray;
 use crate::trace::Hit;
 use bytemuck::{Pod, Zeroable};
@@ -8,6 +9,7 @@ pub const NO_HIT: u32 = u32::MAX;
 pub const NO_INSTANCE: u32 = u32::MAX;
 
 /// A ray as devices read it: 32 bytes, two aligned 16-byte loads.
+#[cfg(feature = "opencl")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct RayRecord {
@@ -17,6 +19,7 @@ pub struct RayRecord {
     pub t_max: f32,
 }
 
+#[cfg(feature = "opencl")]
 impl From<&Ray> for RayRecord {
     fn from(ray: &Ray) -> RayRecord {
         RayRecord { origin: ray.origin, t_min: ray.t_min, direction: ray.direction, t_max: ray.t_max }

@@ -78,8 +78,9 @@ fn compare_parts(tree: usize, parts: &[&Part], rows: &[GeomRecord]) -> Result<()
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, Executor, Levels, NoProgress, compile};
+    use crate::build::{BuildOptions, Executor, Levels, NoProgress};
     use crate::cache::Image;
+    use crate::compile::compile;
     use crate::trace::rays::grid::GridScene;
 
     fn build(scene: &Scene, levels: Levels) -> Image {

@@ -119,8 +119,9 @@ fn instances(view: &View<'_>) -> Result<Vec<Instance>, NotAScene> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, Executor, Levels, Method, NoProgress, compile};
+    use crate::build::{BuildOptions, Executor, Levels, Method, NoProgress};
     use crate::cache::Image;
+    use crate::compile::compile;
     use crate::trace::rays::grid::GridScene;
 
     fn build(scene: &Scene, method: Method, levels: Levels) -> Image {

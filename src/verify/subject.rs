@@ -1,5 +1,6 @@
 use super::origin::Origins;
 use crate::cache::View;
+use crate::exec::Executor;
 use crate::scene::Scene;
 use crate::trace::brute::Oracle;
 use crate::trace::rays::Sampler;
@@ -10,16 +11,19 @@ pub struct Subject<'a> {
     pub oracle: Oracle<'a>,
     pub sampler: Sampler<'a>,
     pub(super) origins: Origins,
+    /// What verification runs on.
+    pub(super) exec: &'a Executor,
 }
 
 impl<'a> Subject<'a> {
     /// `scene` has no instance without triangles, as a file has none: instance numbers are those of the file.
-    pub fn new(view: View<'a>, scene: &'a Scene) -> Subject<'a> {
+    pub fn new(view: View<'a>, scene: &'a Scene, exec: &'a Executor) -> Subject<'a> {
         Subject {
             view,
-            oracle: Oracle::of_file(scene, &view),
+            oracle: Oracle::of_file(scene, &view, exec),
             sampler: Sampler::new(scene),
-            origins: Origins::new(&view, scene),
+            origins: Origins::new(&view, scene, exec),
+            exec,
         }
     }
 

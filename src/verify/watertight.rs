@@ -5,11 +5,11 @@
 //! middles of edges and at other points of edges, by any [`Device`].
 
 use super::device::{Device, DeviceError, Query};
+use crate::exec::Executor;
 use crate::geom::{Point, Ray};
 use crate::random::Random;
 use crate::scene::Mesh;
 use crate::trace::exact::{Ratio, meet};
-use rayon::prelude::*;
 use std::cmp::Ordering;
 
 /// Edges that belong to an odd number of triangles, by their ends' positions: none in a closed mesh.
@@ -44,25 +44,31 @@ pub fn close(mesh: &mut Mesh) {
 
 /// Whether a point is inside of a closed mesh: a ray from it crosses an odd number of triangles. Decided exactly; `None` where the
 /// ray of that direction touches an edge, or starts on a triangle.
-pub fn is_inside(mesh: &Mesh, point: Point, direction: Point) -> Option<bool> {
+fn is_inside(mesh: &Mesh, point: Point, direction: Point, exec: &Executor) -> Option<bool> {
     let ray = Ray::new(point, direction);
-    let crossings = (0..mesh.triangles.len()).into_par_iter().map(|i| {
-        let Some(meeting) = meet(&ray, mesh.corners(i)) else { return Some(0) };
+    let crosses = |corners: [Point; 3]| {
+        let Some(meeting) = meet(&ray, corners) else { return Some(false) };
         if meeting.t.compare(0.0) == Some(Ordering::Less) {
-            return Some(0);
+            return Some(false);
         }
         let is_zero = |v: &Ratio| v.compare(0.0) == Some(Ordering::Equal);
         let touches = [&meeting.t, &meeting.u, &meeting.v, &meeting.w].into_iter().any(is_zero);
-        (!touches).then_some(1)
+        (!touches).then_some(true)
+    };
+    let parts = exec.map_chunks(&mesh.triangles, CHUNK, |chunk_index, chunk| {
+        let mut triangles = (0..chunk.len()).map(|i| crosses(mesh.corners(chunk_index * CHUNK + i)));
+        triangles.try_fold(false, |odd, crosses| Some(odd != crosses?))
     });
-    let total = crossings.try_reduce(|| 0, |a, b| Some(a + b))?;
-    Some(total % 2 == 1)
+    parts.into_iter().try_fold(false, |odd, part| Some(odd != part?))
 }
+
+/// Triangles that a task looks at.
+const CHUNK: usize = 1 << 8;
 
 /// Points inside of a closed mesh, found by trying points of its box: up to `count`, fewer where the mesh has hardly any inside.
 ///
 /// Coordinates have few bits, so that directions from them to vertices are often exact.
-pub fn eyes_inside(mesh: &Mesh, count: usize, seed: u64) -> Vec<Point> {
+pub fn eyes_inside(mesh: &Mesh, count: usize, seed: u64, exec: &Executor) -> Vec<Point> {
     let mut random = Random::new(seed);
     let bounds = (0..mesh.triangles.len()).map(|i| mesh.triangle_box(i)).reduce(|a, b| a.union(b));
     let Some(bounds) = bounds else { return Vec::new() };
@@ -76,7 +82,7 @@ pub fn eyes_inside(mesh: &Mesh, count: usize, seed: u64) -> Vec<Point> {
             (v / step).round() * step
         });
         let direction = random.direction().map(|d| d as f32);
-        if eyes.len() < count && is_inside(mesh, point, direction) == Some(true) {
+        if eyes.len() < count && is_inside(mesh, point, direction, exec) == Some(true) {
             eyes.push(point);
         }
     }
@@ -105,6 +111,7 @@ pub fn escapes(
     eyes: &[Point],
     count: u64,
     seed: u64,
+    exec: &Executor,
 ) -> Result<Escapes, DeviceError> {
     let mut out = Escapes::default();
     if eyes.is_empty() || mesh.triangles.is_empty() {
@@ -112,14 +119,12 @@ pub fn escapes(
     }
     for (number, first) in (0..count).step_by(BATCH as usize).enumerate() {
         let units: Vec<u64> = (first / UNIT..(first + BATCH).min(count).div_ceil(UNIT)).collect();
-        let rays: Vec<Ray> = units
-            .into_par_iter()
-            .flat_map_iter(|unit| {
-                let mut random = Random::new(Random::new(seed ^ unit << 20).bits());
-                let size = UNIT.min(count - unit * UNIT) as usize;
-                (0..size).map(move |_| aim(mesh, eyes, &mut random)).collect::<Vec<_>>()
-            })
-            .collect();
+        let rays = exec.map(units, |_, unit| {
+            let mut random = Random::new(Random::new(seed ^ unit << 20).bits());
+            let size = UNIT.min(count - unit * UNIT) as usize;
+            (0..size).map(|_| aim(mesh, eyes, &mut random)).collect::<Vec<_>>()
+        });
+        let rays = rays.concat();
         let query = if number % 2 == 0 { Query::Closest } else { Query::Any };
         let records = device.trace(&rays, query)?;
         for (ray, record) in rays.iter().zip(&records) {
@@ -153,11 +158,14 @@ fn aim(mesh: &Mesh, eyes: &[Point], random: &mut Random) -> Ray {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, Executor, NoProgress, compile};
+    use crate::build::{BuildOptions, NoProgress};
     use crate::cache::Image;
+    use crate::compile::compile;
     use crate::geom::Affine;
     use crate::scene::{Instance, Scene};
     use crate::verify::Cpu;
+
+    static EXEC: Executor = Executor::sequential();
 
     /// An octahedron, closed.
     fn octahedron() -> Mesh {
@@ -174,16 +182,16 @@ mod tests {
     fn shoot(mesh: &Mesh, eyes: &[Point], count: u64) -> Escapes {
         let instance = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
         let scene = Scene { meshes: vec![mesh.clone()], instances: vec![instance], ..Scene::default() };
-        let accel = compile(scene, &BuildOptions::default(), &Executor::sequential(), &NoProgress).expect("a tree");
-        let image = Image::new(&accel, &Executor::sequential()).unwrap();
-        escapes(&mut Cpu::new(image.view()), mesh, eyes, count, 1).expect("a walk")
+        let accel = compile(scene, &BuildOptions::default(), &EXEC, &NoProgress).expect("a tree");
+        let image = Image::new(&accel, &EXEC).unwrap();
+        escapes(&mut Cpu::new(image.view(), &EXEC), mesh, eyes, count, 1, &EXEC).expect("a walk")
     }
 
     #[test]
     fn a_hole_is_seen_as_open_edges_and_as_escapes() {
         let mut mesh = octahedron();
         assert!(open_edges(&mesh).is_empty());
-        let eyes = eyes_inside(&mesh, 8, 3);
+        let eyes = eyes_inside(&mesh, 8, 3, &EXEC);
         assert_eq!(eyes.len(), 8);
         assert!(eyes.iter().all(|p| p.iter().map(|c| c.abs()).sum::<f32>() < 1.0));
         assert_eq!(shoot(&mesh, &eyes, 10_000), Escapes { rays: 10_000, ..Escapes::default() });
@@ -198,7 +206,7 @@ mod tests {
         // A cap over the hole, and it is tight again.
         close(&mut mesh);
         assert!(open_edges(&mesh).is_empty());
-        let eyes = eyes_inside(&mesh, 8, 3);
+        let eyes = eyes_inside(&mesh, 8, 3, &EXEC);
         assert_eq!(shoot(&mesh, &eyes, 10_000).escaped, 0);
     }
 
@@ -206,19 +214,19 @@ mod tests {
     fn escapes_of(part: &Mesh, whole: &Mesh, eyes: &[Point]) -> Escapes {
         let instance = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
         let scene = Scene { meshes: vec![part.clone()], instances: vec![instance], ..Scene::default() };
-        let accel = compile(scene, &BuildOptions::default(), &Executor::sequential(), &NoProgress).expect("a tree");
-        let image = Image::new(&accel, &Executor::sequential()).unwrap();
-        escapes(&mut Cpu::new(image.view()), whole, eyes, 10_000, 1).expect("a walk")
+        let accel = compile(scene, &BuildOptions::default(), &EXEC, &NoProgress).expect("a tree");
+        let image = Image::new(&accel, &EXEC).unwrap();
+        escapes(&mut Cpu::new(image.view(), &EXEC), whole, eyes, 10_000, 1, &EXEC).expect("a walk")
     }
 
     #[test]
     fn inside_is_told_from_outside_and_an_edge_is_no_answer() {
         let mesh = octahedron();
-        assert_eq!(is_inside(&mesh, [0.1, 0.2, 0.3], [1.0, 0.3, 0.2]), Some(true));
-        assert_eq!(is_inside(&mesh, [0.5, 0.5, 0.5], [1.0, 0.3, 0.2]), Some(false));
-        assert_eq!(is_inside(&mesh, [-2.0, 0.1, 0.2], [1.0, 0.01, 0.02]), Some(false));
-        assert_eq!(is_inside(&mesh, [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]), None);
-        assert_eq!(is_inside(&mesh, [0.0, 0.25, 0.0], [1.0, 0.0, 0.0]), None);
+        assert_eq!(is_inside(&mesh, [0.1, 0.2, 0.3], [1.0, 0.3, 0.2], &EXEC), Some(true));
+        assert_eq!(is_inside(&mesh, [0.5, 0.5, 0.5], [1.0, 0.3, 0.2], &EXEC), Some(false));
+        assert_eq!(is_inside(&mesh, [-2.0, 0.1, 0.2], [1.0, 0.01, 0.02], &EXEC), Some(false));
+        assert_eq!(is_inside(&mesh, [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], &EXEC), None);
+        assert_eq!(is_inside(&mesh, [0.0, 0.25, 0.0], [1.0, 0.0, 0.0], &EXEC), None);
     }
 
     #[test]

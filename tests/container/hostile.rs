@@ -1,7 +1,8 @@
 //! Files that nobody looked into: headers, tables and hashes are right, records are not. A ray through them ends without a panic.
 
-use bvhc::build::{self, BuildOptions, Executor, Levels, NoProgress, Preset};
+use bvhc::build::{BuildOptions, Executor, Levels, NoProgress, Preset};
 use bvhc::cache::{Cache, Image, Meta, OpenOptions, SectionEntry, SectionKind, Validation, WriteOptions, to_bytes};
+use bvhc::compile;
 use bvhc::geom::{Affine, Ray};
 use bvhc::scene::{Instance, Mesh, Part, Scene};
 
@@ -36,7 +37,7 @@ fn file(levels: Levels) -> Vec<u8> {
     let place = |x: f64| Instance { mesh: 0, transform: moved(x), node: 0, name: String::new() };
     let scene = Scene { meshes: vec![mesh], instances: [0.0, 0.3, 0.6].map(place).into(), ..Scene::default() };
     let options = BuildOptions { levels, ..BuildOptions::preset(Preset::Best) };
-    let accel = build::compile(scene, &options, &Executor::sequential(), &NoProgress).unwrap();
+    let accel = compile::compile(scene, &options, &Executor::sequential(), &NoProgress).unwrap();
     to_bytes(
         &Image::new(&accel, &Executor::current()).unwrap(),
         &Meta::default(),

@@ -111,10 +111,7 @@ fn bytes_do_not_depend_on_threads() {
     image.triangles.resize(200_000, image.triangles[0]);
     image.triangles.iter_mut().enumerate().for_each(|(i, t)| t.prim = i as u32);
     for options in [WriteOptions::default(), ZSTD] {
-        let with = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| to_bytes(&image, &meta(), &options, &Executor::current()).unwrap())
-        };
+        let with = |threads| to_bytes(&image, &meta(), &options, &Executor::new(threads).unwrap()).unwrap();
         assert!(with(1) == with(7), "{options:?}");
     }
 }

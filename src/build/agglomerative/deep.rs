@@ -2,12 +2,11 @@
 
 use super::forest::{Forest, Merge};
 use crate::build::binned::Binned;
-use crate::build::prim_ref::PrimRef;
+use crate::build::prim_ref::{PrimRef, bounds_of};
 use crate::build::progress::NoProgress;
 use crate::build::recipe::options::{Axes, BuildOptions};
 use crate::build::top_down::driver::{Driver, Limits};
 use crate::build::top_down::output::Piece;
-use crate::build::top_down::partition::bounds_of;
 use crate::build::top_down::strategy::NodeTask;
 use crate::exec::Executor;
 use crate::geom::Aabb;

@@ -1,7 +1,7 @@
 //! A group of clusters, merged in rounds until few are left.
 
 use super::forest::{Cluster, Merge, Rules, Weight};
-use super::window::{SIZE, Window};
+use super::window::{SIZE, Window, keep};
 use crate::build::prim_ref::PrimRef;
 use crate::geom::Aabb;
 use std::ops::Range;
@@ -190,12 +190,4 @@ impl Group {
 fn area(bounds: &Aabb, scale: f32) -> f32 {
     let [x, y, z] = [0, 1, 2].map(|a| (bounds.max[a] - bounds.min[a]) * scale);
     x * y + y * z + z * x
-}
-
-/// Move what is kept to the front. The places are in ascending order.
-#[inline(always)]
-pub(super) fn keep<T: Copy>(column: &mut [T; SIZE], kept: &[u32]) {
-    for (to, from) in kept.iter().enumerate() {
-        column[to % SIZE] = column[*from as usize % SIZE];
-    }
 }

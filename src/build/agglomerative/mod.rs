@@ -21,13 +21,10 @@ use super::cost::Sah;
 use super::error::{BuildError, Remedy};
 use super::prim_ref::PrimRefs;
 use super::progress::Progress;
-use super::recipe::options::BuildOptions;
+use super::recipe::options::{BuildOptions, MAX_RADIUS};
 use super::top_down::driver::check_slots;
 use crate::exec::Executor;
 use crate::tree::{MAX_DEPTH, Tree};
-
-/// Widest window: a distance and one bit more share six bits with an area.
-pub(super) const MAX_RADIUS: u32 = window::MAX_RADIUS as u32;
 
 /// Bytes that a build holds at its peak for every reference, beside the reference itself and the tree: its place in the order, its key
 /// and a copy of that.

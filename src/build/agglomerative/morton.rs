@@ -168,7 +168,7 @@ fn spread(v: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::top_down::partition::bounds_of;
+    use crate::build::prim_ref::bounds_of;
 
     fn sorted(refs: Vec<PrimRef>, exec: &Executor) -> Vec<PrimRef> {
         let (_, centroids) = bounds_of(&refs);

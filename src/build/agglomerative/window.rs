@@ -6,11 +6,8 @@
 //! third the fourth, and half of them merge in every round.
 
 use super::forest::Rules;
-use super::group::keep;
 use crate::geom::Aabb;
 
-/// Widest window to either side.
-pub(super) const MAX_RADIUS: usize = 31;
 /// Bits of a measure that hold the rank. The area keeps 17 bits of its fraction.
 const RANK: u32 = 63;
 /// Most clusters that are looked at together: all their planes stay in the first-level cache.
@@ -102,6 +99,14 @@ fn smaller(a: f32, b: f32) -> f32 {
 #[inline(always)]
 fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
+}
+
+/// Move what is kept to the front. The places are in ascending order.
+#[inline(always)]
+pub(super) fn keep<T: Copy>(column: &mut [T; SIZE], kept: &[u32]) {
+    for (to, from) in kept.iter().enumerate() {
+        column[to % SIZE] = column[*from as usize % SIZE];
+    }
 }
 
 #[cfg(test)]

@@ -211,7 +211,7 @@ impl Sides {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::top_down::partition::bounds_of;
+    use crate::build::prim_ref::bounds_of;
 
     #[test]
     fn sets_filled_in_turn_hold_what_one_holds() {

@@ -3,8 +3,8 @@
 //! Nothing of it is left in the tree but the groups' borders. Those of a binned SAH suit scans better, by 2 % of the SAH, but take so long
 //! to find that nothing would be won over the plain sweep.
 
-use crate::build::prim_ref::PrimRef;
-use crate::build::top_down::partition::{bounds_of, halve, partition};
+use crate::build::prim_ref::{PrimRef, bounds_of};
+use crate::build::top_down::partition::{halve, partition};
 use crate::build::top_down::strategy::NodeTask;
 use crate::exec::Executor;
 use crate::geom::Aabb;

@@ -2,12 +2,13 @@
 //!
 //! In canonical order everything below a node is one run of the nodes and one of the references, so subtrees are done side by side.
 
-use super::work_tree::NONE;
 use crate::build::top_down::partition::cut;
 use crate::exec::Executor;
 use crate::tree::Tree;
 use std::ops::Range;
 
+/// The root's parent.
+pub(super) const NONE: u32 = u32::MAX;
 /// Nodes of a subtree that is one task. A constant, so that nothing depends on the number of threads.
 const RUN: usize = 1 << 14;
 
@@ -115,7 +116,7 @@ fn first_ref(tree: &Tree, mut node: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, NoProgress, Preset, build_tree};
+    use crate::build::{BuildOptions, NoProgress, Preset, initial_tree};
     use crate::scene::Mesh;
 
     #[test]
@@ -126,7 +127,7 @@ mod tests {
         let triangles = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let mesh = Mesh { positions, triangles, ..Mesh::default() };
         let exec = Executor::new(2).unwrap();
-        let tree = build_tree(&mesh, &BuildOptions::preset(Preset::Draft), &exec, &NoProgress).unwrap();
+        let tree = initial_tree(&mesh, &BuildOptions::preset(Preset::Draft), &exec, &NoProgress).unwrap();
         assert!(Division::of(&tree).runs.len() > 2);
 
         let links = Links::of(&tree, &exec);

@@ -12,6 +12,7 @@ mod reinsert;
 mod search;
 #[cfg(test)]
 mod tests;
+mod treelet;
 mod work_tree;
 
 pub use self::adapt::Guide;
@@ -22,27 +23,11 @@ use super::error::BuildError;
 use super::progress::Progress;
 use super::recipe::options::BuildOptions;
 use crate::exec::Executor;
-use crate::scene::Mesh;
 use crate::tree::Tree;
-
-/// The rays that the options want a mesh's trees adapted to, if they do; any tree of the mesh helps to find them, and none changes them.
-pub fn guide_for(
-    mesh: &Mesh,
-    tree: &Tree,
-    options: &BuildOptions,
-    exec: &Executor,
-    progress: &dyn Progress,
-) -> Option<Guide> {
-    if options.adapt == 0 {
-        return None;
-    }
-    progress.phase("adapt: rays");
-    Some(Guide::new(mesh, tree, options.adapt, exec))
-}
 
 /// Do the passes that the options ask for.
 ///
-/// `guide` is that of [`guide_for`] the tree's mesh. The result depends on tree, guide and options alone, not on the executor. But for what
+/// `guide` holds the rays that the tree is adapted to; without one it is not adapted, whatever the options say. The result depends on tree, guide and options alone, not on the executor. But for what
 /// rays decide, its SAH, with the options' costs, is not above the tree's. Its depth is within [`MAX_DEPTH`](crate::tree::MAX_DEPTH) as the tree's must be. References stay in their leaves, but for
 /// leaves that are joined, which hold each triangle once.
 pub fn run(

@@ -4,9 +4,9 @@
 //! asks for next, a node's sibling is one bit away, and one parent link serves both. Moving a subtree changes what three
 //! slots hold and nothing else, so slots are neither made nor freed.
 
-use super::adapt::treelet::{Part, Treelet};
-use super::links::Links;
-use crate::build::{area_scale, scaled_half_area};
+use super::links::{Links, NONE};
+use super::treelet::{Part, Treelet};
+use crate::build::binned::{area_scale, scaled_half_area};
 use crate::exec::Executor;
 use crate::simd::LaneBox;
 use crate::tree::{MAX_DEPTH, Tree};
@@ -26,8 +26,6 @@ pub struct Slot {
 
 /// The bit of [`Slot::link`] that marks a leaf: a tree has fewer than 2³¹ references and fewer pairs than that.
 pub const LEAF: u32 = 1 << 31;
-/// The root's parent.
-pub(super) const NONE: u32 = u32::MAX;
 /// Slots that a task converts at once.
 const CHUNK: usize = 1 << 14;
 

@@ -3,6 +3,7 @@
 use super::table::OPTIONS;
 use crate::build::error::BuildError;
 
+pub(in crate::build) use super::table::MAX_RADIUS;
 pub use super::table::{BuildOptions, MAX_ADAPT};
 
 /// How trees are built.

@@ -7,10 +7,11 @@
 use super::options::{Axes, Clip, Levels, Method, Preset};
 use super::row::{InKey, Kind, OptionInfo, Readers, Spelling};
 use super::value::{OptionValue, names_of};
-use crate::build::agglomerative::MAX_RADIUS;
 
 /// Most rays in a set that a tree can be adapted to: 200 MB of them.
 pub const MAX_ADAPT: u32 = 1 << 20;
+/// Most neighbours to either side of a cluster among which its best match is looked for: their places are numbered in six bits.
+pub(in crate::build) const MAX_RADIUS: u32 = 31;
 
 /// Costs meet each other and counts of up to 2³¹ in `f32`; a million times apart they still compare well.
 const COST: Kind = Kind::Real(1e-3, 1e3);

@@ -1,5 +1,6 @@
 use super::*;
-use crate::build::{Method, NoProgress, Preset, PrimRefs, build_tree};
+use crate::build::prim_ref::{PrimRefs, bounds_of};
+use crate::build::{Method, NoProgress, Preset, initial_tree};
 use crate::geom::Point;
 use crate::tree::quality::sah;
 use crate::tree::{MAX_DEPTH, Node, Tree};
@@ -10,7 +11,7 @@ fn best() -> BuildOptions {
 }
 
 fn build(mesh: &Mesh, options: &BuildOptions) -> Tree {
-    build_tree(mesh, options, &Executor::sequential(), &NoProgress).unwrap()
+    initial_tree(mesh, options, &Executor::sequential(), &NoProgress).unwrap()
 }
 
 fn mesh(triangles: &[[Point; 3]]) -> Mesh {
@@ -209,7 +210,7 @@ fn threads_make_no_difference() {
     assert!(mesh.triangles.len() > CHUNKED);
     let alone = build(&mesh, &best());
     for jobs in [2, 7] {
-        let tree = build_tree(&mesh, &best(), &Executor::new(jobs).unwrap(), &NoProgress).unwrap();
+        let tree = initial_tree(&mesh, &best(), &Executor::new(jobs).unwrap(), &NoProgress).unwrap();
         assert!(tree == alone, "{jobs} threads");
     }
 }
@@ -311,7 +312,7 @@ fn children_contain_their_references_however_loose_the_boxes() {
                 PrimRef::new(&if bounds.is_empty() { mesh.triangle_box(i) } else { bounds }, i as u32)
             })
             .collect();
-        let (bounds, centroids) = crate::build::bounds_of(&slots);
+        let (bounds, centroids) = bounds_of(&slots);
         slots.resize(2 * count, PrimRef::new(&Aabb::EMPTY, 0));
         let options = BuildOptions { split_alpha: 0.0, unsplit: round % 2 == 0, max_leaf: 1, ..best() };
         let node = NodeTask { bounds, centroids, live: count, depth: 0 };

@@ -1,6 +1,5 @@
 //! The references of a node in three orders, one an axis, and the stable partition that keeps them.
 
-use super::planes::Plane;
 use super::sort::{key_of, sort_by_key};
 use crate::build::binned::{EXHAUSTIVE, Subset};
 use crate::build::prim_ref::PrimRef;
@@ -101,6 +100,16 @@ impl Table<'_> {
         }
         centroids
     }
+}
+
+/// The references `..left` of one axis' order against the others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plane {
+    pub axis: usize,
+    pub left: usize,
+    /// [`Sah::weight`](crate::build::cost::Sah::weight) with areas scaled.
+    pub weight: f32,
+    pub bounds: [LaneBox; 2],
 }
 
 /// A node's references, each in all three orders. Below [`EXHAUSTIVE`] references only the first order is kept up.

@@ -6,20 +6,10 @@
 //! madmann91/bvh's sweep builder; here it works from both sides and for any stretch.) Large nodes first take the unions of some 64
 //! blocks an axis and look closer only at those blocks that can hold the best plane. The result is that of the plain sweep, to the bit.
 
-use super::orders::{Orders, Table};
+use super::orders::{Orders, Plane, Table};
 use crate::build::cost::Sah;
 use crate::exec::Executor;
 use crate::simd::{LaneBox, Lanes};
-
-/// The references `..left` of one axis' order against the others.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Plane {
-    pub axis: usize,
-    pub left: usize,
-    /// [`Sah::weight`] with areas scaled.
-    pub weight: f32,
-    pub bounds: [LaneBox; 2],
-}
 
 /// Blocks that a stretch is divided into.
 const BLOCKS: usize = 64;

@@ -1,12 +1,11 @@
 //! The tree is that of the plain method: sort each node anew on each axis, weigh every plane.
 
 use super::*;
-use crate::build::build_tree;
-use crate::build::prim_ref::PrimRef;
+use crate::build::initial_tree;
+use crate::build::prim_ref::{PrimRef, bounds_of};
 use crate::build::progress::NoProgress;
 use crate::build::recipe::options::{Method, Preset};
 use crate::build::top_down::driver;
-use crate::build::top_down::partition::bounds_of;
 use crate::build::top_down::strategy::{Child, Strategy};
 use crate::exec::Executor;
 use crate::geom::Aabb;
@@ -145,7 +144,7 @@ fn sample_trees_are_no_worse_than_binned_ones() {
     for (name, mesh) in samples() {
         let sah = |method| {
             let options = BuildOptions { method, ..options(8) };
-            quality::sah(&build_tree(&mesh, &options, &exec, &NoProgress).unwrap().nodes)
+            quality::sah(&initial_tree(&mesh, &options, &exec, &NoProgress).unwrap().nodes)
         };
         let (sweep, binned) = (sah(Method::Sweep), sah(Method::Binned));
         println!("{name}: sweep {sweep:.3}, binned {binned:.3}");

@@ -1,7 +1,7 @@
 //! Moving references to their side of a split.
 
 use super::strategy::{Child, NodeTask};
-use crate::build::prim_ref::PrimRef;
+use crate::build::prim_ref::{PrimRef, bounds_of};
 use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::simd::LaneBox;
@@ -153,13 +153,4 @@ pub(in crate::build) fn halve(task: &NodeTask, slots: &mut [PrimRef]) -> (Child,
 /// A total order of references that starts with the primitive's number.
 fn bytes_of(r: &PrimRef) -> (u32, u32, [u32; 3], [u32; 3]) {
     (r.prim, r.extra, r.min.map(f32::to_bits), r.max.map(f32::to_bits))
-}
-
-/// Bounds and centroid bounds of some references.
-pub fn bounds_of(refs: &[PrimRef]) -> (Aabb, Aabb) {
-    let (bounds, centroids) = refs.iter().fold((LaneBox::EMPTY, LaneBox::EMPTY), |(b, c), r| {
-        let r = r.lanes();
-        (b.union(r), c.grow(r.min.plus(r.max)))
-    });
-    (bounds.aabb(), centroids.aabb())
 }

@@ -8,7 +8,7 @@ use crate::exec::Executor;
 use crate::geom::Point;
 use crate::scene::{InputFile, Instance, Mesh};
 
-/// The geometry that a file should hold: the model read again and laid out as it is built (`build::lay_out`).
+/// The geometry that a file should hold: the model read again and laid out as it is built (`compile::lay_out`).
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {
     /// One for each BLAS, in their order.

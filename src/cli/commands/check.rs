@@ -1,6 +1,6 @@
 //! `bvhc check`: the verdict on a file, with every finding.
 
-use crate::build::{self, BuildOptions};
+use crate::build::BuildOptions;
 use crate::cache::check::{Finding, Level, Limits, Report, Source, check_bytes};
 use crate::cache::{FileBytes, Head, rules};
 use crate::cli::Context;
@@ -10,6 +10,7 @@ use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::terminal::Paint;
+use crate::compile;
 use crate::scene::{self, ReadOptions};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -128,11 +129,11 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
     let meta = Head::read(path, &caches::options(context)).ok().and_then(|head| head.meta);
     let (read, build) = caches::recorded(meta.as_ref());
     let read = ReadOptions { allow_outside: args.allow_outside, max_memory: context.global.max_memory, ..read };
-    let scene = scene::read(model, &read).map_err(|e| caches::scene_failure(&e))?;
+    let scene = scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
     // Laying out makes no duplicates.
     caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
     let inputs = scene.inputs.clone();
-    let laid = build::lay_out(scene, &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
+    let laid = compile::lay_out(scene, &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
     let source = Source { meshes: &laid.meshes, instances: laid.instances.as_deref(), inputs: &inputs };
     Ok(check_bytes(bytes.as_slice(), level, Some(&source), &limits, &context.exec))
 }

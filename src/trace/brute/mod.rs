@@ -25,9 +25,9 @@ use self::skip::Runs;
 use super::FARTHEST;
 use super::exact::{Line, Meeting, Ratio};
 use crate::cache::View;
+use crate::exec::Executor;
 use crate::geom::{Affine, Point, Ray};
 use crate::scene::Scene;
-use rayon::prelude::*;
 use std::cmp::Ordering;
 
 /// A triangle of the scene.
@@ -139,8 +139,8 @@ enum Exactly {
 
 impl<'a> Oracle<'a> {
     /// An oracle about a scene. Rays through moved instances are judged up to the rounding of matrices to `f32`.
-    pub fn new(scene: &'a Scene) -> Oracle<'a> {
-        let meshes: Vec<Runs> = scene.meshes.par_iter().map(Runs::new).collect();
+    pub fn new(scene: &'a Scene, exec: &Executor) -> Oracle<'a> {
+        let meshes = exec.map_range(scene.meshes.len(), |i| Runs::new(&scene.meshes[i]));
         let places = scene.instances.iter().map(|instance| {
             let mesh = instance.mesh as usize;
             let map = Map::rounded(&instance.transform, &meshes[mesh].bounds());
@@ -155,8 +155,8 @@ impl<'a> Oracle<'a> {
     /// two-level file, and the vertices of a one-level file, which are the scene's, moved and rounded once.
     ///
     /// A matrix that is wrong by more than rounding still makes wrong answers: what the scene's own matrix makes certain stays so.
-    pub fn of_file(scene: &'a Scene, view: &View<'_>) -> Oracle<'a> {
-        let mut oracle = Oracle::new(scene);
+    pub fn of_file(scene: &'a Scene, view: &View<'_>, exec: &Executor) -> Oracle<'a> {
+        let mut oracle = Oracle::new(scene, exec);
         if view.tlas_nodes.is_empty() {
             for (place, instance) in oracle.places.iter_mut().zip(&scene.instances) {
                 if matches!(place.exactly, Exactly::Nothing) {
@@ -181,9 +181,9 @@ impl<'a> Oracle<'a> {
         self.scene
     }
 
-    /// The answers to many rays, on all threads.
-    pub fn trace_all(&self, rays: &[Ray]) -> Vec<Answer> {
-        rays.par_iter().map(|ray| self.trace(ray)).collect()
+    /// The answers to many rays.
+    pub fn trace_all(&self, rays: &[Ray], exec: &Executor) -> Vec<Answer> {
+        exec.map_range(rays.len(), |i| self.trace(&rays[i]))
     }
 
     /// What a ray meets between `t_min` and `t_max`, distances beyond 2¹²⁶ left out as traversal does.

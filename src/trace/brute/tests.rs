@@ -14,7 +14,7 @@ fn scene(corners: &[[Point; 3]], transform: Affine) -> Scene {
 const FLOOR: [Point; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
 fn standings(scene: &Scene, ray: &Ray) -> Vec<(u32, Standing, Order)> {
-    let candidates = Oracle::new(scene).trace(ray).candidates;
+    let candidates = Oracle::new(scene, &Executor::sequential()).trace(ray).candidates;
     candidates.iter().map(|c| (c.source.triangle, c.standing, c.order)).collect()
 }
 
@@ -67,9 +67,9 @@ fn a_moved_instance_is_unsure_until_its_stored_matrix_is_known() {
     let scene = scene(&[FLOOR], turned);
     let corner = turned.transform_point([0.0; 3]).map(|v| v as f32);
     let ray = Ray::new([corner[0], corner[1], 4.0], [0.0, 0.0, -1.0]);
-    assert_eq!(Oracle::new(&scene).trace(&ray).candidates[0].standing, Standing::Unsure);
+    assert_eq!(Oracle::new(&scene, &Executor::sequential()).trace(&ray).candidates[0].standing, Standing::Unsure);
     let world_to_object = Affine::from_f32(&turned.to_f32()).inverse().expect("an inverse").to_f32();
-    let mut oracle = Oracle::new(&scene);
+    let mut oracle = Oracle::new(&scene, &Executor::sequential());
     let map = Map::stored(Affine::from_f32(&world_to_object));
     oracle.places[0].exactly = Exactly::Stored { map, matrix: world_to_object };
     let decided = oracle.trace(&ray);
@@ -102,7 +102,7 @@ fn filter_and_skipping_change_no_answer() {
     let mut hits = 0;
     for seed in 0..60 {
         let GridScene { scene, rays } = GridScene::new(seed, 60);
-        let mut oracle = Oracle::new(&scene);
+        let mut oracle = Oracle::new(&scene, &Executor::sequential());
         for (place, instance) in oracle.places.iter_mut().zip(&scene.instances) {
             let matrix = instance.transform.inverse().expect("an inverse").to_f32();
             if matches!(place.exactly, Exactly::Nothing) {

@@ -109,7 +109,7 @@ fn asked<'a>(view: &View<'a>) -> Vec<&'a TriangleRecord> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, Executor, NoProgress, Preset, build_tree};
+    use crate::build::{BuildOptions, Executor, NoProgress, Preset, initial_tree};
     use crate::cache::Image;
     use crate::scene::{Mesh, Part};
 
@@ -128,7 +128,7 @@ mod tests {
             let parts = vec![Part { triangle_count: count, prim_count: count, ..Part::default() }];
             let mesh = Mesh { positions, triangles, parts, ..Mesh::default() };
             let options = BuildOptions::preset(Preset::Draft);
-            let tree = build_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
+            let tree = initial_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
             Image::of_tree(&mesh, &tree, &Executor::sequential()).unwrap()
         };
         let crowded = build(specks.clone().chain(floor).collect());

@@ -114,7 +114,7 @@ impl ProbeRays {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, NoProgress, Preset, build_tree};
+    use crate::build::{BuildOptions, NoProgress, Preset, initial_tree};
     use crate::cache::Image;
     use crate::scene::{Mesh, Part};
     use crate::tree::Accel;
@@ -126,7 +126,7 @@ mod tests {
         let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
         let parts = vec![Part { triangle_count: 12, prim_count: 12, ..Part::default() }];
         let mesh = Mesh { positions, triangles, parts, ..Mesh::default() };
-        let tree = build_tree(&mesh, options, &Executor::sequential(), &NoProgress).unwrap();
+        let tree = initial_tree(&mesh, options, &Executor::sequential(), &NoProgress).unwrap();
         Image::new(&Accel { meshes: vec![mesh], blases: vec![tree], ..Accel::default() }, &Executor::sequential())
             .unwrap()
     }

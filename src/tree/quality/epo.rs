@@ -244,7 +244,7 @@ fn at_point(tree: &Subtrees, triangle: usize, point: &[f64; 3]) -> Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, Method, NoProgress, Preset, build_tree};
+    use crate::build::{BuildOptions, Method, NoProgress, Preset, initial_tree};
     use crate::scene::Mesh;
 
     fn flat(min: [f32; 3], max: [f32; 3]) -> Aabb {
@@ -336,7 +336,7 @@ mod tests {
         let mesh = straw(600);
         for method in [Method::Binned, Method::Sbvh] {
             let options = BuildOptions { method, ..BuildOptions::preset(Preset::Draft) };
-            let tree = build_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
+            let tree = initial_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();
             assert_eq!(method == Method::Sbvh, tree.refs.len() > 600);
             let subtrees = Subtrees::new(&tree.nodes, &tree.refs, 600);
             let expected = by_definition(&mesh, &tree.nodes, &tree.refs);

@@ -1,12 +1,12 @@
 //! Errors counted: each ray by each arithmetic against the oracle's answer.
 
 use crate::cache::{InstanceRecord, View};
+use crate::exec::Executor;
 use crate::geom::Ray;
 use crate::trace::arithmetic::{Arithmetic, closest_hit_by, is_real};
 use crate::trace::brute::{Answer, Candidate, Oracle, Standing};
 use crate::trace::compare::names;
 use crate::trace::{Hit, Malformed};
-use rayon::prelude::*;
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
 /// Wrong answers among so many. Ties are right, and so is either answer where what the best `f64` arithmetic can be off decides, or rounding an instance's
@@ -119,13 +119,13 @@ impl<'a> Tallies<'a> {
     }
 
     /// Trace the rays by every arithmetic; `answers` are the oracle's.
-    pub fn add(&mut self, fair: bool, rays: &[Ray], answers: &[Answer]) -> Result<(), Malformed> {
+    pub fn add(&mut self, fair: bool, rays: &[Ray], answers: &[Answer], exec: &Executor) -> Result<(), Malformed> {
         for (i, arithmetic) in Arithmetic::all().enumerate() {
-            let one = |(ray, answer): (&Ray, &Answer)| {
-                let hit = closest_hit_by(arithmetic, self.view, ray)?;
-                Ok(self.classify(ray, answer, hit.as_ref()))
-            };
-            let classes = rays.par_iter().zip(answers).map(one).collect::<Result<Vec<Class>, Malformed>>()?;
+            let classes = exec.map_range(rays.len().min(answers.len()), |i| {
+                let hit = closest_hit_by(arithmetic, self.view, &rays[i])?;
+                Ok(self.classify(&rays[i], &answers[i], hit.as_ref()))
+            });
+            let classes = classes.into_iter().collect::<Result<Vec<Class>, Malformed>>()?;
             let (tally, [fair_ulps, hard_ulps]) = &mut self.tallies[i];
             let (errors, ulps) = if fair { (&mut tally.fair, fair_ulps) } else { (&mut tally.hard, hard_ulps) };
             errors.rays += rays.len() as u64;

@@ -10,12 +10,12 @@ mod summary;
 
 use crate::build::Progress;
 use crate::cache::View;
+use crate::exec::Executor;
 use crate::geom::Ray;
 use crate::trace::Malformed;
 use crate::trace::arithmetic::Arithmetic;
 use crate::trace::brute::Oracle;
 use crate::trace::rays::{RaySet, Sampler};
-use rayon::prelude::*;
 use serde::Serialize;
 
 pub use judge::{Distance, Errors};
@@ -110,7 +110,7 @@ pub enum AccuracyError {
 }
 
 /// Whether a renderer traces such rays, rather than a tester.
-pub fn is_fair(set: RaySet) -> bool {
+fn is_fair(set: RaySet) -> bool {
     matches!(set, RaySet::Camera | RaySet::Uniform | RaySet::Bounce | RaySet::Shadow)
 }
 
@@ -142,6 +142,7 @@ pub fn measure(
     oracle: &Oracle<'_>,
     sampler: &Sampler<'_>,
     measure: &Measure,
+    exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Report, AccuracyError> {
     let triangles = oracle.scene().instanced_triangles();
@@ -152,8 +153,7 @@ pub fn measure(
             if progress.is_cancelled() {
                 return Err(AccuracyError::Cancelled);
             }
-            let answers: Vec<_> = some.par_iter().map(|ray| oracle.trace(ray)).collect();
-            tallies.add(fair, some, &answers)?;
+            tallies.add(fair, some, &oracle.trace_all(some, exec), exec)?;
             progress.advance(some.len() as u64);
         }
     }

@@ -7,7 +7,7 @@
 mod records;
 mod way;
 
-use super::outcome::Class;
+use super::class::Class;
 use super::subject::Subject;
 use crate::cache::TriangleRecord;
 use crate::geom::clip::Polygon;

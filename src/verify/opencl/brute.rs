@@ -3,7 +3,8 @@ use super::list::failed;
 use super::trace::{OpenCl, next_size};
 use crate::geom::Ray;
 use crate::trace::Malformed;
-use crate::verify::{Device, DeviceError, HitRecord, RayRecord};
+use crate::verify::record::RayRecord;
+use crate::verify::{Device, DeviceError, HitRecord};
 use std::time::Instant;
 
 /// A slot of the triangle list as one instance shows it: the instance's record, 0 in a one-level file, and the slot in

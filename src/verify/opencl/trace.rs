@@ -5,7 +5,8 @@ use super::scene::Scene;
 use super::status::malformed;
 use crate::cache::View;
 use crate::geom::Ray;
-use crate::verify::{Device, DeviceError, HitRecord, Query, RayRecord};
+use crate::verify::record::RayRecord;
+use crate::verify::{Device, DeviceError, HitRecord, Query};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

@@ -5,8 +5,9 @@ use crate::geom::Ray;
 use crate::trace::brute::Answer;
 use crate::trace::compare::{Verdict, judge, judge_any};
 use crate::verify::blame::blame;
+use crate::verify::class::Class;
 use crate::verify::device::{Device, DeviceError, Query};
-use crate::verify::outcome::{Class, Expected, Got, Mismatch};
+use crate::verify::outcome::{Expected, Got, Mismatch};
 use crate::verify::plan::Batch;
 use crate::verify::record::HitRecord;
 

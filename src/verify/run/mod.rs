@@ -6,14 +6,14 @@ use crate::build::Progress;
 use crate::geom::Ray;
 use crate::trace::brute::Answer;
 use crate::trace::compare::{passes_over, stands};
+use crate::verify::class::{Class, Counts};
 use crate::verify::device::{Device, DeviceError, Query};
 use crate::verify::origin::Origin;
-use crate::verify::outcome::{Class, Counts, DeviceOutcome, OracleOutcome, Outcome};
+use crate::verify::outcome::{DeviceOutcome, OracleOutcome, Outcome};
 use crate::verify::plan::{Asked, Batch, Plan};
 use crate::verify::record::HitRecord;
 use crate::verify::subject::Subject;
 use judge::{Question, Told, class_of};
-use rayon::prelude::*;
 use std::time::Instant;
 
 /// Why verification came to no verdict.
@@ -45,7 +45,7 @@ pub fn run(
     };
     let devices = std::iter::once(of(reference)).chain(others.iter().map(|d| of(d.as_ref()))).collect();
     let oracle = OracleOutcome { triangles: subject.scene().instanced_triangles(), ..OracleOutcome::default() };
-    let cost = plan.cost(&subject.oracle, &subject.sampler);
+    let cost = plan.cost(&subject.oracle, &subject.sampler, subject.exec);
     let mut run = Run { subject, plan, cost, outcome: Outcome { devices, oracle }, judged: vec![0; others.len()] };
     for batch in plan.batches() {
         if progress.is_cancelled() {
@@ -86,7 +86,8 @@ impl Run<'_> {
         reference: &mut dyn Device,
         others: &mut [Box<dyn Device + '_>],
     ) -> Result<bool, VerifyError> {
-        let rays = self.plan.rays_in(batch, &self.subject.sampler);
+        let exec = self.subject.exec;
+        let rays = self.plan.rays_in(batch, &self.subject.sampler, exec);
         let own = self.ask(0, batch, reference, &rays, true)?;
         let Some(truth) = own.closest.as_ref() else { return Ok(false) };
         let closest = self.plan.asked == Asked::Both;
@@ -121,7 +122,7 @@ impl Run<'_> {
         asked.extend(self.passed_over(batch, &rays, truth).iter().take(LEAST_DIFFERENCES as usize));
         asked.sort_unstable();
         asked.dedup();
-        let words: Vec<Answer> = asked.par_iter().map(|&k| self.subject.oracle.trace(&rays[k])).collect();
+        let words: Vec<Answer> = exec.map_range(asked.len(), |i| self.subject.oracle.trace(&rays[asked[i]]));
         self.outcome.oracle.seconds += start.elapsed().as_secs_f64();
         let question = Question { batch, rays: &rays, truth, sample: &sample, asked: &asked, words: &words };
 
@@ -202,16 +203,18 @@ impl Run<'_> {
                 Origin::Several => None,
             }
         };
-        let tested: Vec<Option<bool>> = (0..rays.len()).into_par_iter().map(stands_at).collect();
+        let tested = subject.exec.map_range(rays.len(), stands_at);
         self.outcome.oracle.hits_tested += tested.iter().flatten().count() as u64;
         (0..rays.len()).filter(|&k| tested[k] == Some(false)).collect()
     }
 
     /// The rays that were aimed at a triangle and met nothing as near, although they may meet it.
     fn passed_over(&self, batch: &Batch, rays: &[Ray], truth: &[HitRecord]) -> Vec<usize> {
-        let targets = self.plan.targets_in(batch, &self.subject.sampler);
+        let exec = self.subject.exec;
+        let targets = self.plan.targets_in(batch, &self.subject.sampler, exec);
         let missed = |k: usize| passes_over(&self.subject.oracle, &rays[k], targets[k], truth[k].hit().as_ref());
-        (0..targets.len()).into_par_iter().filter(|&k| missed(k)).collect()
+        let missed = exec.map_range(targets.len(), missed);
+        (0..missed.len()).filter(|&k| missed[k]).collect()
     }
 
     /// Let a device trace a sample without the tree, and return the rays whose answers are others.

@@ -3,10 +3,6 @@
 use crate::build::passes::work_tree::WorkTree;
 use crate::exec::Executor;
 use crate::geom::Ray;
-use crate::scene::Mesh;
-use crate::trace::Lent;
-use crate::trace::probe::everywhere;
-use crate::tree::Tree;
 
 /// Parts of the rays that are followed through the tree side by side, each with counts of its own.
 const PARTS: usize = 4;
@@ -54,16 +50,15 @@ pub(super) fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Rays everywhere in a mesh, each up to what it hits.
+/// Rays of a mesh, each up to what it hits: who traces them stands above this room.
 #[derive(Clone, Debug)]
 pub struct Guide {
     pub(super) segments: Vec<Segment>,
 }
 
 impl Guide {
-    /// `rays` in each of three sets (see [`everywhere`]). Whichever tree of the mesh is given, the guide is the same.
-    pub fn new(mesh: &Mesh, tree: &Tree, rays: u32, exec: &Executor) -> Guide {
-        let rays = everywhere(&Lent::new(mesh, tree, exec).view(), rays as usize, exec);
+    /// Rays that end at what they hit.
+    pub fn new(rays: &[Ray]) -> Guide {
         Guide { segments: rays.iter().map(Segment::of).collect() }
     }
 

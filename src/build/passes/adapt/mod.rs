@@ -6,14 +6,15 @@
 //! Hierarchies", 2013, with visits in the place of areas; that rays may stand there is from Bittner and Havran, "RDH: Ray Distribution
 //! Heuristics for Construction of Spatial Data Structures", 2009). Where few rays come, areas decide as before.
 //!
-//! `guide` holds the rays and counts visits, `treelet` finds the best of all trees over a handful of nodes, and here is the way
+//! `guide` holds the rays and counts visits, `best` finds the best of all trees over a handful of nodes, and here is the way
 //! down: treelets of one level lie in different subtrees, so they are found side by side, reading only, and then put in place one by one.
 
+mod best;
 mod guide;
-pub(super) mod treelet;
 
+use self::best::{Found, Workshop};
 pub use self::guide::Guide;
-use self::treelet::{Found, Treelet, Workshop};
+use super::treelet::Treelet;
 use super::work_tree::WorkTree;
 use crate::build::error::BuildError;
 use crate::build::progress::Progress;

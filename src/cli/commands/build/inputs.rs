@@ -1,7 +1,7 @@
 //! What the arguments of `bvhc build` name: files, patterns that the shell left alone, or standard input.
 
 use super::BuildArgs;
-use super::plan::{Job, same_file};
+use super::plan::{Input, Job};
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
@@ -11,21 +11,6 @@ use std::path::{Path, PathBuf};
 
 /// What standard input is called in messages and in META.
 pub const STDIN: &str = "stdin";
-
-/// One model.
-#[derive(Debug)]
-pub struct Input {
-    pub path: PathBuf,
-    /// Its content, if it came from standard input.
-    pub bytes: Option<Vec<u8>>,
-}
-
-impl Input {
-    /// Is it the file at this path?
-    pub fn is(&self, path: &Path) -> bool {
-        self.bytes.is_none() && same_file(&self.path, path)
-    }
-}
 
 /// The models in order: patterns are replaced by the files that they match, in natural order, and `-` is read.
 pub fn expand(args: &BuildArgs, max_memory: u64) -> Result<Vec<Input>, Failure> {

@@ -5,7 +5,7 @@ use super::outcome::{Built, Losses, Times};
 use super::plan::{Job, same_file};
 use super::remarks::Remarks;
 use super::{BuildArgs, Empty};
-use crate::build::{self, BuildOptions};
+use crate::build::BuildOptions;
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Image, Meta, WriteOptions};
 use crate::cli::Context;
@@ -15,6 +15,7 @@ use crate::cli::failure::Failure;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::progress::Bar;
+use crate::compile;
 use crate::exec::Executor;
 use crate::scene::{self, InputFile, ReadOptions, Scene, SceneError};
 use std::path::PathBuf;
@@ -49,8 +50,8 @@ impl Workshop<'_> {
         caches::fits(&job.input, &scene, &self.build, self.context)?;
 
         // Put everything where it stands, and say what was lost on the way.
-        let primitives = build::primitives_to_build(&scene, &self.build);
-        let laid = build::lay_out(scene, &self.build, &self.context.exec).map_err(|e| caches::build_failure(&e))?;
+        let primitives = compile::primitives_to_build(&scene, &self.build);
+        let laid = compile::lay_out(scene, &self.build, &self.context.exec).map_err(|e| caches::build_failure(&e))?;
         let placing = laid.placing.clone();
         report.degenerate_triangles += placing.collapsed;
         let remarks = Remarks { report: &report, read: &self.read, rounding: &rounding, placing: &placing };
@@ -65,7 +66,7 @@ impl Workshop<'_> {
         }
 
         bar.phase("building", primitives);
-        let mut accel = build::compile_laid_out(laid, &self.build, &self.context.exec, &bar)
+        let mut accel = compile::compile_laid_out(laid, &self.build, &self.context.exec, &bar)
             .map_err(|e| caches::build_failure(&e))?;
         let image = Image::new(&accel, &self.context.exec).map_err(|e| caches::failure(&e))?;
         let notes = std::mem::take(&mut accel.notes);
@@ -111,7 +112,8 @@ impl Workshop<'_> {
             let scene = scene::read_bytes(bytes.clone(), inputs::STDIN, format, None, &self.read);
             return scene.map_err(|e| caches::scene_failure(&e));
         }
-        let scene = scene::read_with(&job.input, &self.read, &mut progress).map_err(|e| missing(job, e))?;
+        let scene =
+            scene::read_with(&job.input, &self.read, &self.context.exec, &mut progress).map_err(|e| missing(job, e))?;
         match scene.inputs.iter().find(|i| same_file(&i.path, &job.output)) {
             Some(input) => Err(Failure::new(Exit::Usage, format!("cannot write {}", names::path(&job.output)))
                 .fact(format!("it is {}, a file that the model is read from", names::path(&input.path)))

@@ -1,10 +1,10 @@
 //! What became of each output, as a line for people and as an object for machines.
 
 use super::plan::Job;
-use crate::build::Placing;
 use crate::cache::{Image, WriteSummary};
 use crate::cli::figures;
 use crate::cli::names;
+use crate::compile::Placing;
 use crate::report::file::FileReport;
 use crate::report::info::hex;
 use crate::scene::{ReadReport, Rounding};

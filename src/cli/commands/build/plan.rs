@@ -1,6 +1,5 @@
 //! What has to be done: which output each input has, and whether it is up to date, judged by content and never by time stamps.
 
-use super::inputs::Input;
 use super::{BuildArgs, Empty};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Freshness, SectionEntry};
@@ -10,6 +9,21 @@ use crate::cli::names;
 use crate::exec::Executor;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// One model.
+#[derive(Debug)]
+pub struct Input {
+    pub path: PathBuf,
+    /// Its content, if it came from standard input.
+    pub bytes: Option<Vec<u8>>,
+}
+
+impl Input {
+    /// Is it the file at this path?
+    pub fn is(&self, path: &Path) -> bool {
+        self.bytes.is_none() && same_file(&self.path, path)
+    }
+}
 
 /// One output and what it is made from.
 #[derive(Debug)]

@@ -1,9 +1,10 @@
 //! What the user is told of a model that does not arrive whole.
 
-use crate::build::{Levels, Placing};
+use crate::build::Levels;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
+use crate::compile::Placing;
 use crate::scene::{Degenerate, Loss, ReadOptions, ReadReport, Rounding};
 
 /// What became of a model between its file and its trees.

@@ -70,9 +70,10 @@ fn one(path: &Path, args: &VerifyArgs, how: &Measure, context: &Context) -> Resu
     bar.spin("opening");
     let cache = caches::open(path, context)?;
     let Held { scene, .. } = scene_for(&cache, path, args, context)?;
-    let subject = Subject::new(cache.view(), &scene);
+    let subject = Subject::new(cache.view(), &scene, &context.exec);
     bar.phase("measuring", how.steps(scene.instanced_triangles()));
-    measure(&subject.view, &subject.oracle, &subject.sampler, how, &bar).map_err(|error| match error {
+    let measured = measure(&subject.view, &subject.oracle, &subject.sampler, how, &context.exec, &bar);
+    measured.map_err(|error| match error {
         AccuracyError::Malformed(malformed) => {
             let failure = Failure::from_message(Exit::Negative, &malformed.to_string());
             failure.fact(format!("the file is {}", names::path(path)))

@@ -7,7 +7,10 @@ use crate::cli::failure::Failure;
 use crate::verify::{Device, DeviceError};
 
 #[cfg(feature = "opencl")]
-use crate::verify::opencl::{self, OpenCl};
+use crate::verify::{
+    Cpu,
+    opencl::{self, OpenCl},
+};
 
 /// A device as `--device` names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,7 +130,7 @@ pub fn list(context: &Context) -> Result<Exit, Failure> {
     for device in &devices {
         context.terminal.print(&described(device))?;
     }
-    context.terminal.result(&format!("cpu       bvhc's own traversal, {} threads", rayon::current_num_threads()))?;
+    context.terminal.result(&format!("cpu       {}", Cpu::describe(&context.exec)))?;
     Ok(Exit::Success)
 }
 

@@ -2,7 +2,7 @@
 
 use super::VerifyArgs;
 use super::devices::{self, Bench};
-use crate::build::{self, BuildOptions, LaidOut};
+use crate::build::BuildOptions;
 use crate::cache::Cache;
 use crate::cli::Context;
 use crate::cli::caches;
@@ -10,6 +10,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::cli::progress::Bar;
+use crate::compile::{self, LaidOut};
 use crate::geom::Affine;
 use crate::scene::{self, Instance, ReadOptions, Scene};
 use crate::verify::{Cpu, Outcome, Placed, Plan, Subject, VerifyError, is_of_model, placed, scene_of_file};
@@ -46,11 +47,11 @@ pub fn verify(
     bar.spin("opening");
     let cache = caches::open(path, context)?;
     let Held { scene, placed } = scene_for(&cache, path, args, context)?;
-    let subject = Subject::new(cache.view(), &scene);
+    let subject = Subject::new(cache.view(), &scene, &context.exec);
     let of_this_file = |failure: Failure| failure.fact(format!("the file is {}", names::path(path)));
     let mut others = bench.devices(cache.view()).map_err(|e| of_this_file(devices::failure(&e)))?;
     bar.phase("verifying", plan.rays);
-    match crate::verify::run(&subject, &mut Cpu::new(cache.view()), &mut others, plan, &bar) {
+    match crate::verify::run(&subject, &mut Cpu::new(cache.view(), &context.exec), &mut others, plan, &bar) {
         Ok(outcome) => Ok(Verified { path: path.to_path_buf(), source: args.source.clone(), outcome, placed }),
         Err(VerifyError::Device(error)) => Err(of_this_file(devices::failure(&error))),
         Err(VerifyError::Cancelled) => Err(Failure::interrupted()),
@@ -76,10 +77,10 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
     };
     let (read, build) = caches::recorded(cache.meta());
     let read = ReadOptions { allow_outside: args.allow_outside, max_memory: context.global.max_memory, ..read };
-    let scene = scene::read(model, &read).map_err(|e| caches::scene_failure(&e))?;
+    let scene = scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
     // Laying out makes no duplicates.
     caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
-    let laid = build::lay_out(scene.clone(), &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
+    let laid = compile::lay_out(scene.clone(), &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
     let whole = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
     let LaidOut { meshes, instances, .. } = laid;
     let instances = instances.unwrap_or_else(|| meshes.first().map(|_| whole).into_iter().collect());
@@ -92,5 +93,5 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
             .fact(format!("the model is {model}"))
             .help(format!("bvhc check {file} --source {model}"))
     })?;
-    Ok(Held { placed: Some(placed(&cache.view(), &scene)), scene: laid })
+    Ok(Held { placed: Some(placed(&cache.view(), &scene, &context.exec)), scene: laid })
 }

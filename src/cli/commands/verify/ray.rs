@@ -91,7 +91,7 @@ fn one(path: &Path, ray: &Ray, args: &VerifyArgs, bench: &Bench, context: &Conte
     let cache = caches::open(path, context)?;
     let Held { scene, .. } = scene_for(&cache, path, args, context)?;
     let view = cache.view();
-    let subject = Subject::new(view, &scene);
+    let subject = Subject::new(view, &scene, &context.exec);
     let answer = subject.oracle.trace(ray);
     let log = replay(&view, ray);
     let mut devices = vec![of_cpu(&subject, &answer, &log)];

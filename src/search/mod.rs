@@ -5,21 +5,23 @@
 //! climbs from the cheapest recipe and stops where what it measured says that the rest cannot pay. Both write down what they
 //! tried, what they saw and why they stopped.
 //!
-//! `gauge` measures, `recipes` names what can be tried, `ladder` decides, `choice` is the written record.
+//! `tree` builds by one recipe, adaptation included, `gauge` measures, `recipes` names what can be tried, `ladder` decides, `choice` is the
+//! written record.
 
 mod choice;
 mod gauge;
 mod ladder;
+mod progress;
 mod recipes;
+mod tree;
 
 pub use choice::{Choice, Trial, notes};
+pub(crate) use tree::recipe_tree;
 
 use self::ladder::Contest;
+use self::progress::Portion;
 use self::recipes::Start;
-use super::compile_tree;
-use super::error::BuildError;
-use super::progress::{Portion, Progress};
-use super::recipe::options::{BuildOptions, Method};
+use crate::build::{BuildError, BuildOptions, Method, Progress};
 use crate::exec::Executor;
 use crate::scene::Mesh;
 use crate::tree::Tree;
@@ -29,7 +31,7 @@ const LEAST_TRIANGLES: usize = 512;
 
 /// The tree that the search of `options.method` ends with, and how it came to it. At most one tree beside the one that is worked
 /// on is kept.
-pub fn build(
+pub(crate) fn build(
     mesh: &Mesh,
     options: &BuildOptions,
     exec: &Executor,
@@ -38,7 +40,7 @@ pub fn build(
     let count = mesh.triangles.len();
     if count < LEAST_TRIANGLES {
         let rung = Start::SbvhMoved.plain();
-        let tree = compile_tree(mesh, &rung.options(options, 0), exec, progress)?;
+        let tree = recipe_tree(mesh, &rung.options(options, 0), exec, progress)?;
         let reason = format!("under {LEAST_TRIANGLES} triangles measuring costs more than it finds");
         return Ok((tree, Choice::unmeasured(rung, options, count, reason)));
     }
@@ -53,7 +55,7 @@ pub fn build(
 }
 
 /// Recipes of which a search may take any, adapted or not: what it must have memory for.
-pub fn candidates(options: &BuildOptions) -> Vec<BuildOptions> {
+pub(crate) fn candidates(options: &BuildOptions) -> Vec<BuildOptions> {
     Start::ALL.iter().map(|start| start.plain().options(options, 0)).collect()
 }
 

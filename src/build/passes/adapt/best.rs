@@ -4,34 +4,16 @@
 //! its parts, smaller sets first, over all ways to divide it in two (dynamic programming, as in Karras and Aila, section 4).
 
 use super::guide::{Guide, Segment, larger, smaller};
+use crate::build::passes::treelet::{MOST, Part, SETS, Treelet};
 use crate::build::passes::work_tree::WorkTree;
 use crate::simd::{LaneBox, widest};
 use crate::tree::MAX_DEPTH;
 
-/// Nodes below a treelet's inner ones, at most. With fewer of them less is gained; eight gain a little more and
-/// take twice as long.
-const MOST: usize = 7;
-const SETS: usize = 1 << MOST;
 /// As if so many more rays had visited the treelet, which pass through everything: they are met in proportion to area. What is decided by
 /// few rays would otherwise be decided by chance.
 const PSEUDO_RAYS: f32 = 100.0;
 /// Visits that must be saved.
 const LEAST_GAIN: f32 = 1.0;
-
-/// A set of the nodes below a treelet's inner ones, a bit for each.
-pub type Part = usize;
-
-/// A treelet and another way to put it together.
-pub struct Treelet {
-    /// Its inner nodes, the root first.
-    pub inner: Vec<u32>,
-    /// What they hold, the bits of a [`Part`] in this order.
-    pub front: Vec<u32>,
-    /// By set: one of the two that it is divided into.
-    pub halves: [u8; SETS],
-    /// By set: the rays that meet the box around it.
-    pub visits: [u32; SETS],
-}
 
 /// What was found at a node.
 pub struct Found {
@@ -122,7 +104,7 @@ impl Workshop {
 
         let treelet = Treelet { inner, front, halves, visits: self.visits };
         let gains = present_price(tree, &treelet, &prices) - least[all] > LEAST_GAIN;
-        (gains && treelet.fits(tree, all, depth)).then_some(treelet)
+        (gains && fits(tree, &treelet, all, depth)).then_some(treelet)
     }
 
     /// Visits of every set, those of imagined rays included; nothing for single nodes.
@@ -210,19 +192,11 @@ fn present_price(tree: &WorkTree, treelet: &Treelet, prices: &Row) -> f32 {
     of(tree, treelet, prices, treelet.inner[0]).1
 }
 
-impl Treelet {
-    /// The two parts that a set of several is divided into.
-    pub fn parts(&self, set: Part) -> [Part; 2] {
-        let half = usize::from(self.halves[set]);
-        [half, set & !half]
+/// Whether no leaf comes to lie too deep if the set stands `depth` levels below the tree's root.
+fn fits(tree: &WorkTree, treelet: &Treelet, set: Part, depth: u32) -> bool {
+    if set.count_ones() == 1 {
+        let slot = treelet.front[set.trailing_zeros() as usize];
+        return depth + u32::from(tree.height(slot)) <= MAX_DEPTH;
     }
-
-    /// Whether no leaf comes to lie too deep if the set stands `depth` levels below the root.
-    fn fits(&self, tree: &WorkTree, set: Part, depth: u32) -> bool {
-        if set.count_ones() == 1 {
-            let slot = self.front[set.trailing_zeros() as usize];
-            return depth + u32::from(tree.height(slot)) <= MAX_DEPTH;
-        }
-        self.parts(set).into_iter().all(|part| self.fits(tree, part, depth + 1))
-    }
+    treelet.parts(set).into_iter().all(|part| fits(tree, treelet, part, depth + 1))
 }

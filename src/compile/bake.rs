@@ -1,7 +1,6 @@
 //! Several instances in one tree: their triangles in one mesh, in the world or about an origin.
 
-use crate::build::error::{BuildError, Remedy};
-use crate::build::top_down::driver::MAX_REFS;
+use crate::build::{BuildError, MAX_REFS, Remedy};
 use crate::exec::Executor;
 use crate::geom::{Affine, Point};
 use crate::scene::{Degenerate, Instance, Mesh, Part, drop_triangles, is_collinear};

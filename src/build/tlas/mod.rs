@@ -7,9 +7,9 @@
 
 mod balance;
 
+use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::tree::{MAX_DEPTH, Node, Tree};
-use rayon::prelude::*;
 
 /// Up to this many clusters are agglomerated as they are, which costs about 1.5·n² box unions.
 const EXACT_LIMIT: usize = 4096;
@@ -24,7 +24,7 @@ const CUT_SIZE: usize = 32;
 ///
 /// No leaf is deeper than [`MAX_DEPTH`]. Ties go to the cluster that was made first, so equal boxes give the same tree every
 /// time. Time is O(n²) up to a few thousand boxes and O(n log n) above.
-pub fn build(boxes: &[Aabb]) -> Tree {
+pub fn build(boxes: &[Aabb], exec: &Executor) -> Tree {
     let items: Vec<u32> = (0..boxes.len() as u32).filter(|&i| !boxes[i as usize].is_empty()).collect();
     if items.is_empty() {
         return Tree::default();
@@ -32,7 +32,7 @@ pub fn build(boxes: &[Aabb]) -> Tree {
     let mut forest = Forest::new(boxes, &items);
     let mut roots: Vec<u32> = (0..items.len() as u32).collect();
     while roots.len() > EXACT_LIMIT {
-        roots = forest.reduce_by_groups(roots);
+        roots = forest.reduce_by_groups(roots, exec);
     }
     let root = forest.agglomerate_all(&roots);
     Emitter { boxes, forest: &forest, tree: Tree::default() }.emit(root)
@@ -86,7 +86,7 @@ impl Forest {
     }
 
     /// Agglomerate spatial groups apart from each other and return the clusters of their cuts, in group order.
-    fn reduce_by_groups(&mut self, roots: Vec<u32>) -> Vec<u32> {
+    fn reduce_by_groups(&mut self, roots: Vec<u32>, exec: &Executor) -> Vec<u32> {
         let mut order = roots;
         let clusters = &self.clusters;
         let mut groups: Vec<&mut [u32]> = Vec::new();
@@ -94,20 +94,16 @@ impl Forest {
 
         // Merge inside each group, with new clusters numbered from the group's own start.
         let scale = self.scale;
-        let merged: Vec<Vec<Cluster>> = groups
-            .par_iter_mut()
-            .map(|group| {
-                group.sort_unstable();
-                let leaves: Vec<Cluster> = group.iter().map(|&i| clusters[i as usize]).collect();
-                agglomerate(&leaves, scale)
-            })
-            .collect();
+        let merged = exec.map(groups, |_, group| {
+            group.sort_unstable();
+            let leaves: Vec<Cluster> = group.iter().map(|&i| clusters[i as usize]).collect();
+            (group.to_vec(), agglomerate(&leaves, scale))
+        });
 
         // Renumber into the forest, group after group, and keep each group's cut.
-        let groups: Vec<Vec<u32>> = groups.into_iter().map(|g| g.to_vec()).collect();
         let mut next = Vec::new();
-        for (group, merges) in groups.iter().zip(merged) {
-            let top = self.append(group, merges);
+        for (group, merges) in merged {
+            let top = self.append(&group, merges);
             next.extend(self.cut(top));
         }
         next

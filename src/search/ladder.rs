@@ -2,12 +2,11 @@
 
 use super::choice::{Choice, Trial};
 use super::gauge::{Gauge, rays_for};
+use super::progress::Silent;
 use super::recipes::{Rung, Start, Start as S};
-use crate::build::compile_tree;
-use crate::build::error::BuildError;
+use super::tree::{guide_for, recipe_tree};
 use crate::build::passes::{self, Guide, Outcome};
-use crate::build::progress::Progress;
-use crate::build::recipe::options::BuildOptions;
+use crate::build::{BuildError, BuildOptions, Progress};
 use crate::exec::Executor;
 use crate::scene::Mesh;
 use crate::tree::Tree;
@@ -145,7 +144,7 @@ impl<'a> Contest<'a> {
     }
 
     fn build(&self, start: Start) -> Result<Tree, BuildError> {
-        compile_tree(self.mesh, &self.recipe(start.plain()), self.exec, self.progress)
+        recipe_tree(self.mesh, &self.recipe(start.plain()), self.exec, self.progress)
     }
 
     fn try_one(&mut self, start: Start) -> Result<Option<Tree>, BuildError> {
@@ -185,7 +184,7 @@ impl<'a> Contest<'a> {
         let options = BuildOptions { reinsert: 0, ..self.recipe(start.adapted()) };
         let tree = lost.as_ref().or(self.leader.as_ref().map(|l| &l.tree));
         if let (None, Some(tree)) = (&self.guide, tree) {
-            self.guide = passes::guide_for(self.mesh, tree, &options, self.exec, self.progress);
+            self.guide = guide_for(self.mesh, tree, &options, self.exec, self.progress);
         }
         self.improve(start.adapted(), &options, lost)
     }
@@ -231,18 +230,5 @@ impl<'a> Contest<'a> {
             reason,
         };
         (tree, choice)
-    }
-}
-
-/// Cancels as the other does and reports nothing.
-struct Silent<'a>(&'a dyn Progress);
-
-impl Progress for Silent<'_> {
-    fn is_cancelled(&self) -> bool {
-        self.0.is_cancelled()
-    }
-
-    fn phase(&self, name: &'static str) {
-        self.0.phase(name);
     }
 }

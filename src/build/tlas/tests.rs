@@ -1,6 +1,11 @@
 use super::*;
 use crate::tree::quality;
 
+/// On the calling thread.
+fn build(boxes: &[Aabb]) -> Tree {
+    super::build(boxes, &Executor::sequential())
+}
+
 /// Boxes of random size at random places; the generator is the 64-bit finaliser of SplitMix.
 fn random_boxes(n: usize, seed: u64, size: f32) -> Vec<Aabb> {
     let mut state = seed;
@@ -128,8 +133,7 @@ fn grouping_costs_little_quality_and_is_independent_of_threads() {
     let boxes = random_boxes(6000, 11, 0.05);
     let grouped = build(&boxes);
     assert_well_formed(&grouped, &boxes);
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(one.install(|| build(&boxes)), grouped);
+    assert_eq!(super::build(&boxes, &Executor::new(3).unwrap()), grouped);
 
     // The same boxes without grouping.
     let items: Vec<u32> = (0..boxes.len() as u32).collect();

@@ -1,6 +1,6 @@
 //! What a search can try, each a recipe that a user could ask for by its flags.
 
-use crate::build::recipe::options::{BuildOptions, Method, Preset};
+use crate::build::{BuildOptions, Method, Preset};
 
 /// Most rounds of reinsertion: the eighth still gains a little, later ones next to nothing.
 const ROUNDS: u32 = 8;

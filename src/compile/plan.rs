@@ -7,7 +7,7 @@
 
 use super::LaidOut;
 use super::place::{Grain, mesh_box, vertex, world_box};
-use crate::build::recipe::options::Levels;
+use crate::build::Levels;
 use crate::geom::Affine;
 use crate::scene::{Instance, Loss, Mesh, Scene, local_origin};
 

@@ -1,7 +1,7 @@
 //! The record of a search: what was tried, what was seen, what was taken and why, for META's notes.
 
 use super::recipes::Rung;
-use crate::build::recipe::options::{BuildOptions, Method};
+use crate::build::{BuildOptions, Method};
 
 /// One recipe that was tried.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,27 +3,21 @@
 mod bake;
 mod place;
 mod plan;
-pub mod tlas;
+mod tree;
+
+pub use self::tree::{build_tree, decide_tree};
 
 use self::bake::{bake, drop_collapsed};
 use self::plan::{Plan, loss_about, shift_meshes, visible};
-use crate::build::agglomerative;
-use crate::build::decide_tree;
-use crate::build::error::{BuildError, Remedy};
-use crate::build::presplit;
-use crate::build::prim_ref::PrimRef;
-use crate::build::progress::Progress;
-use crate::build::recipe::options::{BuildOptions, Method};
-use crate::build::search;
-use crate::build::spatial::budgeted_slots;
-use crate::build::sweep;
+use crate::build::{self, BuildError, BuildOptions, Progress, Remedy, tlas};
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::{Instance, Loss, Mesh, Part, Scene};
+use crate::search;
 use crate::tree::{Accel, Tree};
 
 /// Most instances of a two-level file.
-pub const MAX_INSTANCES: u64 = 1 << 24;
+const MAX_INSTANCES: u64 = 1 << 24;
 
 /// Triangles that [`compile`] will report through [`Progress::advance`].
 pub fn primitives_to_build(scene: &Scene, options: &BuildOptions) -> u64 {
@@ -52,23 +46,13 @@ fn bytes_by_plan(scene: &Scene, plan: &Plan, options: &BuildOptions) -> u64 {
         return search::candidates(options).into_iter().map(of_one).max().unwrap_or(0);
     }
     let triangles = usize::try_from(primitives(scene, plan)).unwrap_or(usize::MAX);
-    let references = match options.method {
-        Method::Sbvh => budgeted_slots(triangles, options.split_budget),
-        _ => presplit::budgeted(triangles, options.presplit),
-    };
-    let beside = match options.method {
-        Method::Sweep => sweep::BYTES_PER_REF,
-        Method::Agglomerative => agglomerative::BYTES_PER_REF,
-        Method::Binned | Method::Bonsai | Method::Sbvh | Method::Auto | Method::Best => 0,
-    };
-    let of_references = (references as u64).saturating_mul(size_of::<PrimRef>() as u64 + beside);
     let copied = match plan {
         Plan::One | Plan::Groups(_) if scene.instances.len() > 1 => {
             visible(scene).fold(0u64, |sum, (_, mesh)| sum.saturating_add(bake::bytes_of_copy(mesh)))
         }
         _ => 0,
     };
-    of_references.saturating_add(copied)
+    build::bytes_to_reserve(triangles, options).saturating_add(copied)
 }
 
 /// Build the scene's trees.
@@ -318,7 +302,7 @@ fn two_levels(
     let notes = search::notes(&choices.into_iter().flatten().collect::<Vec<_>>());
 
     let boxes = world_boxes(&instances, &blases)?;
-    let tlas = exec.run(|| tlas::build(&boxes));
+    let tlas = tlas::build(&boxes, exec);
     Ok(Accel { meshes, blases, tlas: Some(tlas), instances, notes })
 }
 
