@@ -133,7 +133,7 @@ fn a_sequential_executor_starts_no_thread() {
     escapes(&mut Cpu::new(image.view(), &exec), mesh, &eyes, 1000, 1, &exec).expect("a walk");
     watch.none_since(before, "shooting at edges");
 
-    let built = Build::of_scene(small).and_then(|build| Ok(build.threads(1).run()?));
-    built.expect("a build").write(&path("door.bvhc")).expect("a file");
+    let built = Build::of_scene(small).expect("a scene").threads(1).run().expect("a build");
+    built.write(path("door.bvhc")).expect("a file");
     watch.none_since(before, "a build by the way in for programs");
 }
