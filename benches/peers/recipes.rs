@@ -20,9 +20,9 @@ const RECIPES: &[(&str, &str)] = &[
     ("sweep + 8 rounds", "--method sweep --reinsert 8"),
     ("sweep + 8 rounds + adapted", "--method sweep --reinsert 8 --adapt 4096"),
     ("cut sweep + 8 rounds", "--method sweep --presplit 0.3 --reinsert 8"),
-    ("near agglomerative 1", "--method agglomerative --radius 1"),
-    ("near agglomerative 2", "--method agglomerative --radius 2"),
-    ("near agglomerative 4", "--method agglomerative --radius 4"),
+    ("near agglomerative 1", "--method agglomerative -O radius=1"),
+    ("near agglomerative 2", "--method agglomerative -O radius=2"),
+    ("near agglomerative 4", "--method agglomerative -O radius=4"),
     ("agglomerative", "--method agglomerative"),
     ("agglomerative + 1 round", "--method agglomerative --reinsert 1"),
     ("agglomerative + 1 round + adapted", "--method agglomerative --reinsert 1 --adapt 256"),
@@ -34,7 +34,7 @@ const RECIPES: &[(&str, &str)] = &[
     ("sbvh", "--method sbvh"),
     ("sbvh + 8 rounds", "--method sbvh --reinsert 8"),
     ("sbvh + 8 rounds + adapted", "--method sbvh --reinsert 8 --adapt 4096"),
-    ("sbvh + 20 rounds + collapse", "--method sbvh --reinsert 20 --collapse"),
+    ("sbvh + 20 rounds + collapse", "--method sbvh --reinsert 20 -O collapse=true"),
     ("auto", "--preset auto"),
     ("best", "--preset best"),
 ];
@@ -71,5 +71,6 @@ pub fn recipes(wanted: &[String], given: &[String]) -> Result<Vec<Recipe>, Strin
 fn parse(name: String, flags: &str) -> Result<Recipe, String> {
     let args = std::iter::once("peers").chain(flags.split_whitespace());
     let flags = Flags::try_parse_from(args).map_err(|e| format!("recipe {name}: {e}"))?;
-    Ok(Recipe { name, options: BuildOptions { levels: Levels::One, ..flags.tree.resolve() } })
+    let asked = flags.tree.resolve().map_err(|e| format!("recipe {name}: {e}"))?;
+    Ok(Recipe { name, options: BuildOptions { levels: Levels::One, ..asked } })
 }

@@ -21,7 +21,7 @@ mod memory;
 mod phases;
 
 use self::phases::cpu_ms;
-use bvhc::build::{self, Axes, BuildOptions, Clip, Executor, Levels, Method, Named, NoProgress, Preset};
+use bvhc::build::{self, BuildOptions, Executor, Levels, Method, Named, NoProgress, Preset};
 use bvhc::cache::Image;
 use bvhc::compile;
 use bvhc::geom::Affine;
@@ -163,27 +163,8 @@ fn ray_cost(scene: &Scene, tree: Tree, rays: usize) -> f64 {
 
 fn set(options: &mut BuildOptions, assignment: &str) {
     let (name, value) = assignment.split_once('=').expect("option=value");
-    let number = || value.parse::<f32>().expect("a number");
-    match name {
-        "method" => options.method = Method::parse(value).expect("a method"),
-        "axes" => options.axes = if value == "longest" { Axes::Longest } else { Axes::All },
-        "bins" => options.bins = number() as u32,
-        "spatial_bins" => options.spatial_bins = number() as u32,
-        "max_leaf" => options.max_leaf = number() as u32,
-        "ct" => options.traversal_cost = number(),
-        "ci" => options.intersection_cost = number(),
-        "clip" => options.clip = if value == "box" { Clip::Box } else { Clip::Exact },
-        "alpha" => options.split_alpha = number(),
-        "budget" => options.split_budget = number(),
-        "prune" => options.prune = number(),
-        "radius" => options.radius = number() as u32,
-        "presplit" => options.presplit = number(),
-        "unsplit" => options.unsplit = value == "true",
-        "adapt" => options.adapt = number() as u32,
-        "reinsert" => options.reinsert = number() as u32,
-        "collapse" => options.collapse = value == "true",
-        _ => panic!("no option {name}"),
-    }
+    let row = build::option(name).unwrap_or_else(|| panic!("no option {name}"));
+    row.set(options, value).unwrap_or_else(|e| panic!("{e}"));
 }
 
 /// The scene as one mesh in world space: a file's, or hills of N triangles for `hills:N`.

@@ -85,7 +85,7 @@ fn a_dry_run_says_why_and_does_nothing() {
     let (place, old) = built();
     let why = |args: &str| place.ok(&format!("build a.obj -o a.bvhc --dry-run {args}")).out;
     assert!(why("").contains("up to date"));
-    assert_eq!(why("--max-leaf 4"), "a.bvhc  would build: option max-leaf 8 → 4\n");
+    assert_eq!(why("-O max-leaf=4"), "a.bvhc  would build: option max-leaf 8 → 4\n");
     assert!(why("--bins 8").contains("method auto → sbvh"), "{}", why("--bins 8"));
     assert_eq!(why("--force"), "a.bvhc  would build: forced\n");
     assert!(why("--method binned").contains("method auto → binned"));
@@ -312,8 +312,8 @@ fn every_tree_option_is_accepted_and_reaches_the_file() {
     let place = Place::new();
     place.write("a.obj", strip(50));
     place.ok(
-        "build a.obj -o a.bvhc --preset balanced --builder sbvh --axes longest --bins 8 --spatial-bins 9 --max-leaf 3 --sah-trav 2 \
-         --sah-isect 1.5 --clip box --split-alpha 0.25 --split-budget 1.125 --no-unsplit --reinsert 5 --adapt 77 --collapse --levels two --allow-outside",
+        "build a.obj -o a.bvhc --preset balanced --builder sbvh --axes longest --bins 8 -O spatial-bins=9 -O max-leaf=3 -O sah-trav=2 \
+         -O sah-isect=1.5 --clip box --split-alpha 0.25 --split-budget 1.125 -O unsplit=false --reinsert 5 --adapt 77 -O collapse=true --levels two --allow-outside",
     );
     let options = place.ok("info a.bvhc --field meta.options").out;
     for (name, value) in [
@@ -335,13 +335,59 @@ fn every_tree_option_is_accepted_and_reaches_the_file() {
     ] {
         assert!(options.contains(&format!(r#"{{"name":"{name}","value":"{value}"}}"#)), "{name} in {options}");
     }
-    place.ok("build a.obj -o a.bvhc --preset draft --method agglomerative --radius 5 --presplit 0.25");
+    place.ok("build a.obj -o a.bvhc --preset draft --method agglomerative -O radius=5 --presplit 0.25");
     let options = place.ok("info a.bvhc --field meta.options").out;
     for (name, value) in [("radius", "5"), ("presplit", "0.25"), ("max-leaf", "8")] {
         assert!(options.contains(&format!(r#"{{"name":"{name}","value":"{value}"}}"#)), "{name} in {options}");
     }
     assert_eq!(place.run("build a.obj -o a.bvhc --flatten --levels two").code, 2);
     assert_eq!(place.run("build a.obj -o a.bvhc --method octree").code, 2);
+}
+
+/// Nothing that was typed is ignored in silence: what is not read is refused, and the methods that read it are named.
+#[test]
+fn an_option_that_is_not_read_is_refused() {
+    let place = Place::new();
+    place.write("a.obj", strip(50));
+    let cutters = "binned, bonsai, sweep, agglomerative";
+    for (args, readers) in [
+        ("--presplit 0.3", cutters),
+        ("--preset best --presplit 0.3", cutters),
+        ("-O prune=1", "bonsai"),
+        ("-O radius=3", "agglomerative"),
+        ("--method binned --spatial-bins 8", "sbvh"),
+        ("--preset draft -O spatial-bins=8", "sbvh"),
+        ("--method auto --bins 64", "binned, sbvh"),
+        ("--method best --reinsert 8", "binned, sbvh, bonsai, sweep, agglomerative"),
+        ("--preset balanced --presplit 0.3", cutters),
+    ] {
+        let said = place.run(&format!("build a.obj -o a.bvhc {args}"));
+        assert_eq!(said.code, 2, "{args}: {}{}", said.out, said.err);
+        assert!(said.err.contains(&format!("is read by {readers}\n")), "{args}: {}", said.err);
+    }
+    assert_eq!(place.names(), ["a.obj"]);
+    place.ok("build a.obj -o a.bvhc --bins 64 --reinsert 8");
+    place.ok("build a.obj -o a.bvhc --preset best --split-budget 1.1 -O max-leaf=4 --flatten");
+}
+
+#[test]
+fn a_scene_is_chosen_only_where_there_are_scenes() {
+    let place = Place::new();
+    place.write("a.obj", strip(5));
+    place.write("untold", strip(5));
+    let (model, bin) = gltf("t");
+    place.write("t.gltf", model);
+    place.write("t.bin", bin);
+    for input in ["a.obj", "untold"] {
+        let said = place.run(&format!("build {input} -o a.bvhc --scene 3"));
+        assert_eq!(said.code, 2, "{}", said.err);
+        assert!(said.err.contains("OBJ model, which has no scenes") && said.err.contains("--scene 3"), "{}", said.err);
+        assert_eq!(place.run(&format!("build {input} -o a.bvhc --scene 0 -n")).code, 2);
+    }
+    let mut piped = place.command();
+    piped.args(["build", "-", "-o", "a.bvhc", "--scene", "0"]).stdin(std::fs::File::open(place.path("a.obj")).unwrap());
+    assert_eq!(piped.output().unwrap().status.code(), Some(2));
+    place.ok("build t.gltf -o t.bvhc --scene 0");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Help, man pages, completions: all from one definition, and all saying the same.
 
 use crate::Place;
+use bvhc::build::{OPTIONS, Spelling};
 use bvhc::cli::commands::man;
 use bvhc::cli::exit::{Exit, help_table, markdown_table};
 
@@ -77,5 +78,32 @@ fn usage_errors_are_2_and_suggest() {
     ] {
         assert_eq!(place.run(args).code, 2, "bvhc {args}");
     }
-    assert!(place.run("build a.obj -o b --max-leav 3").err.contains("--max-leaf"));
+    assert!(place.run("build a.obj -o b --split-budgit 3").err.contains("--split-budget"));
+}
+
+/// What `-O help` says of each option, and that an option without a flag is still found by who types one.
+#[test]
+fn options_without_a_flag_are_listed_and_told_how_to_set() {
+    let place = Place::new();
+    let list = place.ok("build -O help").out;
+    let squeezed: String = list.split_whitespace().collect::<Vec<_>>().join(" ");
+    for row in OPTIONS {
+        let readers = row.readers_in_words();
+        for part in [format!("{}={}", row.name, row.placeholder), row.kind.range(), format!("read by: {readers}]")] {
+            assert!(squeezed.contains(&part), "{part} in {list}");
+        }
+        let help = place.ok("build -h").out;
+        assert_eq!(help.contains(&format!("--{} ", row.name)), row.spelling == Spelling::Flag, "{}", row.name);
+        if row.spelling == Spelling::Setting {
+            let said = place.run(&format!("build a.obj -o a.bvhc --{} 3", row.name));
+            assert_eq!(said.code, 2);
+            assert!(said.err.contains(&format!("help: write -O {}=", row.name)), "{}", said.err);
+        }
+    }
+    let help = |args: &str| place.run(&format!("build a.obj -o a.bvhc {args}")).err;
+    assert!(help("--no-unsplit").contains("write -O unsplit=false;"), "{}", help("--no-unsplit"));
+    assert!(help("--collapse").contains("write -O collapse=true;"), "{}", help("--collapse"));
+    assert!(help("--max-leav=3").contains("write -O max-leaf=N;"), "{}", help("--max-leav=3"));
+    assert!(help("--json --radius 3").contains(r#""exit_name":"usage""#), "{}", help("--json --radius 3"));
+    assert!(!place.run("info --radius 3 a").err.contains("-O"), "info has no options of trees");
 }

@@ -90,13 +90,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn presets_are_valid() {
-        for preset in [Preset::Auto, Preset::Draft, Preset::Balanced, Preset::Best] {
-            BuildOptions::preset(preset).validate().unwrap();
-        }
-    }
-
-    #[test]
     fn each_bad_value_is_refused_by_name() {
         let ok = BuildOptions::default();
         let bad = [

@@ -77,6 +77,19 @@ impl OptionInfo {
         METHODS.iter().filter(|row| self.is_read_by(row.method)).map(|row| row.name).collect()
     }
 
+    /// The methods that read it, in words.
+    pub fn readers_in_words(&self) -> String {
+        match self.readers {
+            Readers::Every => "every method".to_string(),
+            Readers::AllButSearches => {
+                let searches: Vec<&str> =
+                    METHODS.iter().filter(|row| row.method.is_search()).map(|row| row.name).collect();
+                format!("every method but {}", searches.join(" and "))
+            }
+            Readers::Only(_) => self.reader_names().join(", "),
+        }
+    }
+
     /// The value in these options, as text that two different values never share: floats in the shortest form that reads back
     /// to the same bits.
     pub fn value(&self, options: &BuildOptions) -> String {

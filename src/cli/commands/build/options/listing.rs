@@ -1,6 +1,6 @@
 //! The table of options for people: what `-O help` prints, and what is said to who types an option that has no flag as one.
 
-use crate::build::{BuildOptions, OPTIONS, OptionInfo, PRESETS, Preset, Spelling, nearest};
+use crate::build::{BuildOptions, Kind, OPTIONS, OptionInfo, PRESETS, Preset, Spelling, nearest, option};
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -42,7 +42,7 @@ fn about(row: &OptionInfo) -> String {
         row.help,
         row.kind.range(),
         defaults(row),
-        row.reader_names().join(", ")
+        row.readers_in_words()
     )
 }
 
@@ -59,22 +59,20 @@ pub fn defaults(row: &OptionInfo) -> String {
 
 /// What to type instead of a flag that there is not, if it was meant for an option without one.
 pub fn instead_of(error: &Error) -> Option<Failure> {
-    let (ErrorKind::UnknownArgument, Some(ContextValue::String(typed)), None) =
-        (error.kind(), error.get(ContextKind::InvalidArg), error.get(ContextKind::SuggestedArg))
-    else {
+    let context = |kind| error.get(kind).map(ToString::to_string).unwrap_or_default();
+    if error.kind() != ErrorKind::UnknownArgument || !context(ContextKind::Usage).contains("bvhc build") {
         return None;
-    };
-    let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
-    let word = typed.strip_prefix("--").filter(|_| usage.contains("bvhc build"))?;
-    let (word, value) = match word.strip_prefix("no-") {
-        Some(word) => (word, Some("false")),
-        None => (word, None),
-    };
-    let without_flag: Vec<&OptionInfo> = OPTIONS.iter().filter(|row| row.spelling == Spelling::Setting).collect();
-    let name = nearest(word, &without_flag.iter().map(|row| row.name).collect::<Vec<_>>())?;
-    let row = without_flag.into_iter().find(|row| row.name == name)?;
-    // A switch was typed to turn it.
-    let value = value.or((row.default_in(Preset::Auto) == "false").then_some("true")).unwrap_or(row.placeholder);
+    }
+    let typed = context(ContextKind::InvalidArg);
+    let word = typed.strip_prefix("--")?;
+    let (word, switched) = word.strip_prefix("no-").map_or((word, "true"), |word| (word, "false"));
+
+    // Clap knows the flags alone; what it suggests may be farther from the word than an option without one.
+    let suggested = context(ContextKind::SuggestedArg);
+    let without_flag = OPTIONS.iter().filter(|row| row.spelling == Spelling::Setting);
+    let choices: Vec<&str> = without_flag.map(|row| row.name).chain([suggested.trim_start_matches('-')]).collect();
+    let row = nearest(word, &choices).and_then(option).filter(|row| row.spelling == Spelling::Setting)?;
+    let value = if matches!(row.kind, Kind::Switch) { switched } else { row.placeholder };
     let fact = format!("{} is an option without a flag of its own", row.name);
     Some(
         Failure::new(Exit::Usage, format!("cannot read {typed}"))

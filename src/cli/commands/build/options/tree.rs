@@ -97,13 +97,12 @@ fn flag(row: &'static OptionInfo) -> Arg {
         Kind::Choice(names) => ValueParser::new(PossibleValuesParser::new(names()).try_map(move |text| setting(&text))),
         _ => ValueParser::new(setting),
     };
-    let readers = row.reader_names().join(", ");
     Arg::new(row.name)
         .long(row.name)
         .value_name(row.placeholder)
         .value_parser(parser)
         .help(row.help)
-        .long_help(format!("{}\n\n{}\n\nRead by {readers}.", row.help, row.details))
+        .long_help(format!("{}\n\n{}\n\nRead by {}.", row.help, row.details, row.readers_in_words()))
 }
 
 /// What clap puts behind the value that it refuses.
