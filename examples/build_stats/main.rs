@@ -144,7 +144,7 @@ fn options_of(recipe: &str, sets: &[String]) -> BuildOptions {
 
 fn ray_cost(scene: &Scene, tree: Tree, rays: usize) -> f64 {
     let accel = Accel { meshes: scene.meshes.clone(), blases: vec![tree], ..Accel::default() };
-    let image = Image::new(&accel, &Executor::current())?;
+    let image = Image::new(&accel, &Executor::current()).expect("a tree over the meshes that it was built for");
     let (view, sampler) = (image.view(), Sampler::new(scene));
     let mut counters = Counters::default();
     let mut traced = 0;
