@@ -75,7 +75,7 @@
 pub mod build;
 pub mod cache;
 pub mod compile;
-mod door;
+mod builder;
 pub mod report;
 pub mod scene;
 pub mod search;
@@ -88,7 +88,7 @@ pub mod cli;
 
 pub use bvhc_core::{exec, geom, layout, random, simd};
 pub use cache::{Cache, Opened};
-pub use door::{Build, Built};
+pub use builder::{Build, Built};
 pub use geom::Ray;
 pub use trace::Hit;
 

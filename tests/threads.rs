@@ -134,6 +134,6 @@ fn a_sequential_executor_starts_no_thread() {
     watch.none_since(before, "shooting at edges");
 
     let built = Build::of_scene(small).expect("a scene").threads(1).run().expect("a build");
-    built.write(path("door.bvhc")).expect("a file");
+    built.write(path("built.bvhc")).expect("a file");
     watch.none_since(before, "a build by the way in for programs");
 }

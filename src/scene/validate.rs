@@ -1,4 +1,4 @@
-//! The door: what must hold of geometry before anything is built over it.
+//! What must hold of geometry before anything is built over it.
 //!
 //! The readers hold all of it. Geometry that a program brings in arrays passes through [`Mesh::new`] and [`Scene::new`], and whatever it
 //! changed afterwards is found by [`Scene::validate`], which every build calls first.

@@ -1,4 +1,4 @@
-//! The library's one way in: what it refuses, and that nothing behind it writes a file that a rule forbids.
+//! What the library takes from programs and what it refuses: nothing behind it writes a file that a rule forbids.
 
 use bvhc::build::{BuildError, BuildOptions, NoProgress, Preset};
 use bvhc::cache::{CacheError, Image, OpenOptions, Validation, WriteOptions, to_bytes};
