@@ -353,8 +353,10 @@ fn a_shared_mesh_far_away_is_moved_to_where_its_matrices_are_floats() {
 
 #[test]
 fn the_policy_holds_where_triangles_are_put() {
-    let source =
-        |degenerate| Scene { degenerate, ..scene(vec![sheet(20)], vec![place(0, 1, Affine::translation(FAR))]) };
+    let mut flat = sheet(20);
+    flat.positions.iter_mut().for_each(|p| p[1] = 0.0);
+    let place = place(0, 1, Affine::translation(FAR));
+    let source = |degenerate| Scene { degenerate, ..scene(vec![flat.clone()], vec![place.clone()]) };
     let laid = |degenerate| lay_out(source(degenerate), &options(Levels::One), &Executor::sequential());
     let dropped = laid(Degenerate::Drop).unwrap();
     let lost = dropped.placing.collapsed;

@@ -23,7 +23,9 @@ pub(super) fn bake(
     {
         let mut mesh = std::mem::take(&mut meshes[only.mesh as usize]);
         if told {
-            mesh.parts.iter_mut().for_each(|part| part.baked_node = Some(only.node));
+            mesh.parts
+                .iter_mut()
+                .for_each(|part| part.baked_node = Some(only.node).filter(|n| *n != Instance::NO_NODE));
         }
         return Ok(mesh);
     }
@@ -123,7 +125,7 @@ fn append(out: &mut Mesh, mesh: &Mesh, instance: &Instance, origin: [f64; 3], ex
 
     out.source_prims.extend((0..mesh.triangles.len()).map(|i| mesh.source_prim(i)));
     out.parts.extend(mesh.parts.iter().map(|part| Part {
-        baked_node: Some(instance.node),
+        baked_node: Some(instance.node).filter(|n| *n != Instance::NO_NODE),
         first_triangle: part.first_triangle + first_triangle,
         ..part.clone()
     }));

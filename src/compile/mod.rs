@@ -142,7 +142,7 @@ pub fn lay_out(scene: Scene, options: &BuildOptions, exec: &Executor) -> Result<
                 some.iter().for_each(|i| meshes[i.mesh as usize] = Mesh::default());
                 let (node, name) = match some[..] {
                     [only] => (only.node, only.name.clone()),
-                    _ => (NO_NODE, String::new()),
+                    _ => (Instance::NO_NODE, String::new()),
                 };
                 let (mesh, transform) = (places.len() as u32, Affine::translation(group.origin));
                 places.push(Instance { mesh, transform, node, name });
@@ -177,9 +177,6 @@ fn worst_about(instances: &[&Instance], meshes: &[Mesh], origin: [f64; 3]) -> Lo
         None => Loss::default(),
     }
 }
-
-/// For an instance of geometry that several nodes placed.
-const NO_NODE: u32 = u32::MAX;
 
 impl Placing {
     fn note(&mut self, loss: Loss) {

@@ -86,7 +86,7 @@ pub struct Instance {
     pub mesh: u32,
     /// Object to world; finite and invertible.
     pub transform: Affine,
-    /// Source node index, 0 for OBJ. Nodes with `EXT_mesh_gpu_instancing` appear once per instance.
+    /// Source node index, 0 for OBJ; [`Instance::NO_NODE`] where the transform is no node's, or several nodes' geometry stands there. Nodes with `EXT_mesh_gpu_instancing` appear once per instance.
     pub node: u32,
     pub name: String,
 }
@@ -126,6 +126,11 @@ pub struct ReadReport {
     /// Instances whose transform is singular or not finite, and so has no inverse to take a ray into the mesh, or whose image
     /// in the world is beyond the range of `f32`.
     pub singular_instances: u64,
+}
+
+impl Instance {
+    /// For [`Instance::node`].
+    pub const NO_NODE: u32 = u32::MAX;
 }
 
 impl Mesh {

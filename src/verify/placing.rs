@@ -281,11 +281,22 @@ mod tests {
 
     #[test]
     fn rounding_that_takes_the_shape_is_told() {
-        let scene = moved(&GridScene::new(3, 0).scene, [3e8 + 0.3, 0.7, -7e8 - 0.1]);
+        let point = |k: u32| [0.1 * (k % 11) as f32, 0.03 * (k % 4) as f32, 0.1 * (k / 11) as f32];
+        let cell = |c: u32| {
+            let a = c / 10 * 11 + c % 10;
+            [[a, a + 1, a + 12], [a, a + 12, a + 11]]
+        };
+        let mesh =
+            Mesh::new("sheet", (0..121).map(point).collect(), (0..100).flat_map(cell).collect()).expect("a mesh");
+        let scene = moved(&Scene::of_mesh(mesh), [500_123.26, 7.7, -4_649_776.77]);
         let flat = placed(&build(&scene, Levels::One).view(), &scene, &Executor::sequential());
-        assert_eq!(flat.astray, 0);
-        assert!(!flat.is_right() && flat.loss.farthest > 1.0 && flat.instance.is_some(), "{flat:?}");
+        assert!(!flat.is_right() && flat.astray == 0 && flat.instance == Some(0), "{flat:?}");
+        assert!(flat.loss.share > 0.5 && (0.1..0.5).contains(&flat.loss.farthest), "{flat:?}");
+        for levels in [Levels::Auto, Levels::Two] {
+            let beside = placed(&build(&scene, levels).view(), &scene, &Executor::sequential());
+            assert!(beside.is_right() && beside.triangles == 200 && beside.loss.farthest < 1e-6, "{beside:?}");
+        }
         let read = Scene { rounding: crate::scene::Rounding { loss: flat.loss, ..Default::default() }, ..scene };
-        assert!(!placed(&build(&Scene::default(), Levels::Auto).view(), &read, &Executor::sequential()).is_right());
+        assert!(!placed(&build(&read, Levels::Auto).view(), &read, &Executor::sequential()).is_right());
     }
 }

@@ -8,6 +8,7 @@ import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "format-spec", "reference"))
 import bvhc_reader  # noqa: E402
+from model import NO_NODE  # noqa: E402
 
 
 class Records(bvhc_reader.File):
@@ -81,5 +82,6 @@ class Cache:
         out = []
         for row in self.file.inst[np.argsort(self.file.inst["id"], kind="stable")]:
             matrix = row["object_to_world"].reshape(3, 4).astype(np.float64)
-            out += [Shown(body, int(row["node"]), matrix) for body in of_blas.get(int(row["blas"]), [])]
+            # A part that a node moved before the instance did says so itself: several nodes may be in one tree.
+            out += [Shown(body, int(row["node"]) if body.node == NO_NODE else body.node, matrix) for body in of_blas.get(int(row["blas"]), [])]
         return out

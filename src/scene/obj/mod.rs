@@ -5,7 +5,8 @@
 //! ```
 //!
 //! The whole file is one mesh; every run of faces of one object, one group and one material is one part, in the file's order. Normals,
-//! texture coordinates, colours and MTL files carry no geometry and are not read. A fourth coordinate divides the other three.
+//! texture coordinates, colours and MTL files carry no geometry and are not read. A fourth number of a position is the weight that rational
+//! curves and surfaces give it, which faces do not have: it is not read either.
 //!
 //! **From a triangle back to its face.** A face of `n` corners becomes `n - 2` triangles, always, whatever its shape. They are numbered
 //! through the whole file in the order of its faces, from 0, before any is dropped: that is the number that a hit brings back (`prim`).
@@ -83,8 +84,8 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
         mesh.positions = positions.iter().map(|p| stored(*p, origin)).collect();
         scene.rounding = rounding;
         scene.meshes.push(mesh);
-        let transform = Affine::translation(origin);
-        scene.instances.push(Instance { mesh: 0, transform, node: 0, name: String::new() });
+        let node = if origin == [0.0; 3] { 0 } else { Instance::NO_NODE };
+        scene.instances.push(Instance { mesh: 0, transform: Affine::translation(origin), node, name: String::new() });
     }
     Ok(scene)
 }

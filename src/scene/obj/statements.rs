@@ -120,13 +120,10 @@ impl<'a, 's> Statements<'a, 's> {
         }
         if let Some(error) = error {
             let text = String::from_utf8_lossy(self.current());
-            let not_number = text.split_ascii_whitespace().skip(1).find(|t| t.parse::<f32>().is_err());
-            let reason = match (error, not_number) {
-                (tobj::LoadError::ScalingByZeroError, _) => {
-                    "the fourth coordinate, which divides the others, is 0".into()
-                }
-                (_, Some(token)) => format!("'{token}' is not a number"),
-                (error, None) => error.to_string(),
+            let not_number = text.split_ascii_whitespace().skip(1).find(|t| t.parse::<f64>().is_err());
+            let reason = match not_number {
+                Some(token) => format!("'{token}' is not a number"),
+                None => error.to_string(),
             };
             return Err(SceneError::malformed_line(self.source.path, self.line, reason));
         }
@@ -265,14 +262,14 @@ impl<'a, 's> Statements<'a, 's> {
         Ok(false)
     }
 
-    /// `v x y z`, with `w` if that is the only further number; colours are cut off.
+    /// `v x y z`. What follows is cut off: a weight, which only rational curves and surfaces have, or a colour.
     fn position(&mut self, arguments: &[u8]) -> Result<bool, SceneError> {
         let mut words = Words(arguments);
-        let mut first: [&[u8]; 4] = [&[]; 4];
+        let mut first: [&[u8]; 3] = [&[]; 3];
         let mut count = 0;
         let mut is_odd = false;
         for word in &mut words {
-            if count < 4 {
+            if count < 3 {
                 first[count] = word;
                 is_odd |= !word.is_ascii() || word.contains(&b'#') || word.contains(&b'(');
             }
@@ -287,13 +284,12 @@ impl<'a, 's> Statements<'a, 's> {
         }
         self.used.push(false);
         self.unpaid += BYTES_PER_POSITION;
-        let taken = if count == 4 { 4 } else { 3 };
-        if taken == count && !is_odd && words.0.is_empty() {
+        if count == 3 && !is_odd && words.0.is_empty() {
             return Ok(true);
         }
 
         self.out.push(b'v');
-        for word in &first[..taken] {
+        for word in &first {
             if !word.is_ascii() {
                 let shown = String::from_utf8_lossy(word).into_owned();
                 return Err(self.error(format!("'{shown}' is not a number")));
