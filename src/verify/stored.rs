@@ -80,6 +80,7 @@ fn mesh_of_tree(view: &View<'_>, names: Names<'_>, tree: usize) -> Result<Mesh, 
         let end = slots.partition_point(|t| t.geom as usize <= row);
         mesh.parts.push(Part {
             name: names.get(row).unwrap_or_default().to_owned(),
+            material: String::new(),
             source_mesh: geom.source_mesh,
             source_part: geom.source_part,
             baked_node: Some(geom.baked_node).filter(|n| *n != NO_NODE),

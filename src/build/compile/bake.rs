@@ -35,6 +35,7 @@ pub(super) fn bake(mut meshes: Vec<Mesh>, instances: &[Instance], exec: &Executo
     let mut out = Mesh {
         name: instances.first().map_or_else(String::new, |i| of(i).name.clone()),
         positions: Vec::with_capacity(positions as usize),
+        remainders: Vec::new(),
         triangles: Vec::with_capacity(triangles as usize),
         source_prims: Vec::with_capacity(triangles as usize),
         parts: Vec::new(),
@@ -62,9 +63,9 @@ fn append(out: &mut Mesh, mesh: &Mesh, instance: &Instance, exec: &Executor) -> 
     // Only positions that a triangle uses must be finite, so unused ones are kept as they are to keep indices simple.
     out.positions.extend_from_slice(&mesh.positions);
     if instance.transform != Affine::IDENTITY {
-        exec.map_chunks_mut(&mut out.positions[first_position..], CHUNK, |_, chunk| {
-            for p in chunk {
-                *p = instance.transform.bake(*p);
+        exec.map_chunks_mut(&mut out.positions[first_position..], CHUNK, |number, chunk| {
+            for (v, p) in (number * CHUNK..).zip(chunk) {
+                *p = mesh.baked_position(v, &instance.transform);
             }
         });
     }

@@ -1,6 +1,9 @@
 use super::buffers::Buffers;
-use super::document::{Document, MESHOPT, compressed};
+use super::document::Document;
+use super::extensions::{MESHOPT, compressed};
+use crate::geom::Point;
 use crate::scene::SceneError;
+use crate::scene::pose;
 use crate::scene::source::Source;
 use ::gltf::json::accessor::{ComponentType, Type};
 use ::gltf::json::validation::Checked;
@@ -27,6 +30,9 @@ impl Shape {
     pub const INDICES: Shape = Shape { kind: Type::Scalar, components: &[U8, U16, U32] };
     /// With `KHR_mesh_quantization`; read whether or not the file declares it.
     pub const POSITIONS: Shape = Shape { kind: Type::Vec3, components: &[F32, I8, U8, I16, U16] };
+    pub const JOINTS: Shape = Shape { kind: Type::Vec4, components: &[U8, U16] };
+    pub const WEIGHTS: Shape = Shape { kind: Type::Vec4, components: &[F32, U8, U16] };
+    pub const INVERSE_BIND: Shape = Shape { kind: Type::Mat4, components: &[F32] };
     pub const TRANSLATION: Shape = Shape { kind: Type::Vec3, components: &[F32] };
     pub const ROTATION: Shape = Shape { kind: Type::Vec4, components: &[F32, I8, I16] };
 
@@ -58,19 +64,28 @@ impl Encoding {
         }
     }
 
-    /// Number `i` of an element as a float; integers by the specification's equations (glTF 2.0, 3.11, and
-    /// `KHR_mesh_quantization`). Short bytes, which callers rule out, read as 0.
-    fn float(self, element: &[u8], i: usize) -> f32 {
+    /// Number `i` of an element, as a double since a normalized integer seldom is a float; integers by the specification's equations
+    /// (glTF 2.0, 3.11, and `KHR_mesh_quantization`). Short bytes, which callers rule out, read as 0.
+    fn number(self, element: &[u8], i: usize) -> f64 {
         let bytes = &element[i * self.size()..];
-        let scaled = |value: f32, max: f32| if self.normalized { (value / max).max(-1.0) } else { value };
+        let scaled = |value: f64, max: f64| if self.normalized { (value / max).max(-1.0) } else { value };
         match self.component {
-            F32 => bytes.first_chunk().map_or(0.0, |b| f32::from_le_bytes(*b)),
-            I8 => scaled(f32::from(bytes[0] as i8), 127.0),
-            U8 => scaled(f32::from(bytes[0]), 255.0),
-            I16 => scaled(bytes.first_chunk().map_or(0.0, |b| f32::from(i16::from_le_bytes(*b))), 32767.0),
-            U16 => scaled(bytes.first_chunk().map_or(0.0, |b| f32::from(u16::from_le_bytes(*b))), 65535.0),
-            U32 => bytes.first_chunk().map_or(0.0, |b| u32::from_le_bytes(*b) as f32),
+            F32 => bytes.first_chunk().map_or(0.0, |b| f64::from(f32::from_le_bytes(*b))),
+            I8 => scaled(f64::from(bytes[0] as i8), 127.0),
+            U8 => scaled(f64::from(bytes[0]), 255.0),
+            I16 => scaled(bytes.first_chunk().map_or(0.0, |b| f64::from(i16::from_le_bytes(*b))), 32767.0),
+            U16 => scaled(bytes.first_chunk().map_or(0.0, |b| f64::from(u16::from_le_bytes(*b))), 65535.0),
+            U32 => bytes.first_chunk().map_or(0.0, |b| f64::from(u32::from_le_bytes(*b))),
         }
+    }
+
+    fn numbers<const N: usize>(self, element: &[u8]) -> [f64; N] {
+        std::array::from_fn(|i| self.number(element, i))
+    }
+
+    /// Whether every number that is so encoded is a float.
+    fn is_exact(self) -> bool {
+        self.component == F32 || !self.normalized
     }
 
     fn index(self, element: &[u8]) -> u32 {
@@ -82,18 +97,57 @@ impl Encoding {
     }
 }
 
-/// Read an accessor of floats, `N` to an element. Memory for the result is charged and stays charged.
-pub(super) fn floats<const N: usize>(
+/// Read an accessor of numbers, `N` to an element. Memory for the result is charged and stays charged.
+pub(super) fn numbers<const N: usize>(
     document: &Document,
     index: usize,
     shape: Shape,
     buffers: &mut Buffers,
     source: &mut Source,
-) -> Result<Vec<[f32; N]>, SceneError> {
-    read(document, index, shape, buffers, source, [0.0; N], |encoding, element| {
-        std::array::from_fn(|i| encoding.float(element, i))
-    })
-    .map(|(values, _)| values)
+) -> Result<Vec<[f64; N]>, SceneError> {
+    read(document, index, shape, buffers, source, [0.0; N], Encoding::numbers).map(|(values, _)| values)
+}
+
+/// Read an accessor of positions, rounded to `f32`, and what that leaves off, empty where nothing. Memory is charged and stays charged.
+pub(super) fn positions(
+    document: &Document,
+    index: usize,
+    buffers: &mut Buffers,
+    source: &mut Source,
+) -> Result<(Vec<Point>, Vec<Point>), SceneError> {
+    let shape = Shape::POSITIONS;
+    let rounded = |encoding: Encoding, element: &[u8]| pose::split(encoding.numbers(element)).0;
+    let left_off = |encoding: Encoding, element: &[u8]| pose::split(encoding.numbers(element)).1;
+    let (positions, encoding) = read(document, index, shape, buffers, source, Point::default(), rounded)?;
+    if encoding.is_exact() {
+        return Ok((positions, Vec::new()));
+    }
+    let (remainders, _) = read(document, index, shape, buffers, source, Point::default(), left_off)?;
+    Ok((positions, remainders))
+}
+
+/// Read an accessor of joint numbers, four to an element. Memory for the result is charged and stays charged.
+pub(super) fn joints(
+    document: &Document,
+    index: usize,
+    buffers: &mut Buffers,
+    source: &mut Source,
+) -> Result<Vec<[u32; 4]>, SceneError> {
+    let decode =
+        |encoding: Encoding, element: &[u8]| [0, 1, 2, 3].map(|i| encoding.index(&element[i * encoding.size()..]));
+    read(document, index, Shape::JOINTS, buffers, source, [0; 4], decode).map(|(values, _)| values)
+}
+
+/// Read an accessor of joint weights, four to an element; integers are normalized, which the specification demands of them, whether the
+/// accessor says so or not. Memory for the result is charged and stays charged.
+pub(super) fn weights(
+    document: &Document,
+    index: usize,
+    buffers: &mut Buffers,
+    source: &mut Source,
+) -> Result<Vec<[f64; 4]>, SceneError> {
+    let decode = |encoding: Encoding, element: &[u8]| Encoding { normalized: true, ..encoding }.numbers(element);
+    read(document, index, Shape::WEIGHTS, buffers, source, [0.0; 4], decode).map(|(values, _)| values)
 }
 
 /// Read an accessor of indices, and the value that means "restart" for its type.

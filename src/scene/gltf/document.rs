@@ -1,10 +1,17 @@
+use super::extensions;
 use crate::scene::SceneError;
 use crate::scene::source::Source;
-use ::gltf::json::{Accessor, Buffer, Mesh, Node, buffer::View};
+use ::gltf::json::{Accessor, Buffer, buffer::View};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use serde_json::value::RawValue;
+use std::collections::BTreeMap;
 
-/// The part of a glTF file that says where triangles are. Materials, images, cameras, skins and animations are skipped
-/// unread.
-#[derive(serde::Deserialize)]
+/// The part of a glTF file that says where triangles are.
+///
+/// Accessors, buffers and their views are the `gltf` crate's. Nodes and meshes are our own structures, since the crate's round node
+/// transforms and morph weights to `f32`. Images and cameras are skipped unread.
+#[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Document {
     #[serde(default)]
@@ -22,13 +29,83 @@ pub(super) struct Document {
     #[serde(default)]
     pub scenes: Vec<SceneRoots>,
     pub scene: Option<u32>,
+    /// Kept as text until a node uses one: a broken skin that nothing shows does no harm.
+    #[serde(default)]
+    skins: Vec<Box<RawValue>>,
+    /// The name of each material, empty where it has none.
+    #[serde(skip)]
+    pub material_names: Vec<String>,
+    /// How many animations (clips) the file has.
+    #[serde(skip)]
+    pub animation_count: u64,
+    /// Extensions that may place geometry, that the file uses, and that are not honoured: because the caller said so, or because the file
+    /// allows it.
+    #[serde(skip)]
+    pub ignored_extensions: Vec<String>,
 }
 
 /// A glTF scene; unlike the `gltf` crate's, it may leave out its list of nodes, as the specification allows.
-#[derive(serde::Deserialize)]
+#[derive(Deserialize)]
 pub(super) struct SceneRoots {
     #[serde(default)]
     pub nodes: Vec<u32>,
+}
+
+/// A node. JSON numbers are doubles, and so are these.
+#[derive(Deserialize)]
+pub(super) struct Node {
+    pub name: Option<String>,
+    pub children: Option<Vec<u32>>,
+    pub mesh: Option<u32>,
+    pub skin: Option<u32>,
+    pub matrix: Option<Box<[f64; 16]>>,
+    pub translation: Option<[f64; 3]>,
+    pub rotation: Option<[f64; 4]>,
+    pub scale: Option<[f64; 3]>,
+    /// Of the mesh's morph targets; they go before the mesh's own weights.
+    pub weights: Option<Vec<f64>>,
+    pub extensions: Option<NodeExtensions>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<serde_json::Value>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub visibility: Option<Visibility>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Visibility {
+    pub visible: Option<bool>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Mesh {
+    pub name: Option<String>,
+    pub primitives: Vec<Primitive>,
+    /// Of the morph targets, where a node has none of its own.
+    pub weights: Option<Vec<f64>>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Primitive {
+    /// Accessors by the names of vertex attributes.
+    pub attributes: BTreeMap<String, u32>,
+    pub indices: Option<u32>,
+    pub material: Option<u32>,
+    pub mode: Option<u32>,
+    /// Accessors of displacements, by the names of the attributes that each morph target moves.
+    pub targets: Option<Vec<BTreeMap<String, u32>>>,
+    extensions: Option<BTreeMap<String, IgnoredAny>>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    pub inverse_bind_matrices: Option<u32>,
+    #[serde(default)]
+    pub joints: Vec<u32>,
 }
 
 /// What an object of the JSON takes in memory at most, its list's spare room included, and what any other value does. The
@@ -41,120 +118,133 @@ impl Document {
         let count = |byte: u8| json.iter().filter(|b| **b == byte).count() as u64;
         let structures = count(b'{') * BYTES_PER_OBJECT + (count(b',') + count(b'[')) * BYTES_PER_VALUE;
         source.charge(json.len() as u64 + structures, "its JSON")?;
-        check_version(json, source)?;
-        let document: Document = serde_json::from_slice(json).map_err(|e| json_error(&e, source))?;
-        for extension in &document.extensions_required {
-            if !is_known(extension) {
-                return Err(SceneError::UnsupportedExtension {
-                    path: source.path.to_owned(),
-                    extension: extension.clone(),
-                    advice: "export the model without it; whether it changes geometry is not known here",
-                });
-            }
-        }
+        let head = Head::parse(json, source)?;
+        let mut document: Document = serde_json::from_slice(json).map_err(|e| json_error(&e, source))?;
+        document.material_names = elements(head.materials).map(|m| read_or_default::<Named>(m).name).collect();
+        document.animation_count = elements(head.animations).count() as u64;
+        let used = elements(head.extensions_used).map(read_or_default);
+        document.ignored_extensions = extensions::admit(&document.extensions_required, used, source)?;
         Ok(document)
     }
 
     pub fn requires(&self, extension: &str) -> bool {
         self.extensions_required.iter().any(|e| e == extension)
     }
+
+    pub fn skin(&self, index: u32, source: &Source) -> Result<Skin, SceneError> {
+        let Some(text) = self.skins.get(index as usize) else {
+            let reason = format!("it uses skin {index}, but there are {}", self.skins.len());
+            return Err(SceneError::malformed(source.path, reason));
+        };
+        serde_json::from_str(text.get()).map_err(|e| {
+            SceneError::malformed(source.path, format!("skin {index} is not that of a glTF file: {}", what(&e)))
+        })
+    }
 }
 
-/// Read the version alone first: a glTF 1.0 file has other structures, and should not fail on one of them.
-fn check_version(json: &[u8], source: &Source) -> Result<(), SceneError> {
-    #[derive(serde::Deserialize)]
-    struct Head {
-        asset: Option<Version>,
+impl Primitive {
+    pub fn attribute(&self, name: &str) -> Option<usize> {
+        self.attributes.get(name).map(|a| *a as usize)
     }
-    #[derive(serde::Deserialize)]
-    #[serde(rename_all = "camelCase")]
-    struct Version {
-        version: Option<serde_json::Value>,
-        min_version: Option<serde_json::Value>,
+
+    pub fn has_extension(&self, name: &str) -> bool {
+        self.extensions.as_ref().is_some_and(|e| e.contains_key(name))
     }
-    if json.trim_ascii_start().first().is_some_and(|&b| b != b'{') {
-        return Err(SceneError::malformed(source.path, "its text does not begin with a JSON object"));
+}
+
+/// What is read before all else, or only as far as it can be read: a broken material says nothing about triangles.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Head<'j> {
+    asset: Option<Asset>,
+    #[serde(borrow)]
+    materials: Option<&'j RawValue>,
+    #[serde(borrow)]
+    animations: Option<&'j RawValue>,
+    #[serde(borrow)]
+    extensions_used: Option<&'j RawValue>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Asset {
+    version: Option<serde_json::Value>,
+    min_version: Option<serde_json::Value>,
+}
+
+#[derive(Default, Deserialize)]
+struct Named {
+    #[serde(default)]
+    name: String,
+}
+
+impl<'j> Head<'j> {
+    /// Check the version first: a glTF 1.0 file has other structures, and should not fail on one of them.
+    fn parse(json: &'j [u8], source: &Source) -> Result<Head<'j>, SceneError> {
+        if json.trim_ascii_start().first().is_some_and(|&b| b != b'{') {
+            return Err(SceneError::malformed(source.path, "its text does not begin with a JSON object"));
+        }
+        let mut head: Head = serde_json::from_slice(json).map_err(|e| json_error(&e, source))?;
+        let Some(asset) = head.asset.take() else {
+            return Err(SceneError::malformed(source.path, "it has no 'asset' object; every glTF file needs one"));
+        };
+        let as_text = |v: serde_json::Value| v.as_str().map_or_else(|| v.to_string(), str::to_owned);
+        let Some(version) = asset.version.map(as_text) else {
+            return Err(SceneError::malformed(
+                source.path,
+                "its 'asset' object has no 'version'; every glTF file needs one",
+            ));
+        };
+        let unsupported = |version| Err(SceneError::UnsupportedVersion { path: source.path.to_owned(), version });
+        if version.split('.').next() != Some("2") {
+            return unsupported(version);
+        }
+        match asset.min_version.map(as_text) {
+            Some(minimum) if minimum != "2.0" => unsupported(minimum),
+            _ => Ok(head),
+        }
     }
-    let head: Head = serde_json::from_slice(json).map_err(|e| json_error(&e, source))?;
-    let Some(asset) = head.asset else {
-        return Err(SceneError::malformed(source.path, "it has no 'asset' object; every glTF file needs one"));
-    };
-    let as_text = |v: serde_json::Value| v.as_str().map_or_else(|| v.to_string(), str::to_owned);
-    let Some(version) = asset.version.map(as_text) else {
-        return Err(SceneError::malformed(
-            source.path,
-            "its 'asset' object has no 'version'; every glTF file needs one",
-        ));
-    };
-    let unsupported = |version| Err(SceneError::UnsupportedVersion { path: source.path.to_owned(), version });
-    if version.split('.').next() != Some("2") {
-        return unsupported(version);
-    }
-    match asset.min_version.map(as_text) {
-        Some(minimum) if minimum != "2.0" => unsupported(minimum),
-        _ => Ok(()),
-    }
+}
+
+/// The elements of a list, none where it is no list.
+fn elements(list: Option<&RawValue>) -> impl Iterator<Item = &RawValue> {
+    list.and_then(|l| serde_json::from_str::<Vec<&RawValue>>(l.get()).ok()).unwrap_or_default().into_iter()
+}
+
+fn read_or_default<'j, T: Deserialize<'j> + Default>(value: &'j RawValue) -> T {
+    serde_json::from_str(value.get()).unwrap_or_default()
 }
 
 fn json_error(error: &serde_json::Error, source: &Source) -> SceneError {
-    let text = error.to_string();
-    let reason = text.split(" at line ").next().unwrap_or_default();
-    let reason = format!("its JSON is not that of a glTF file: {reason}");
+    let reason = format!("its JSON is not that of a glTF file: {}", what(error));
     match error.line() {
         0 => SceneError::malformed(source.path, reason),
         line => SceneError::malformed_line(source.path, line as u64, format!("{reason} (column {})", error.column())),
     }
 }
 
-/// Required extensions that are read, that fail later where they are used, or that say nothing about where triangles are.
-fn is_known(extension: &str) -> bool {
-    const READ: [&str; 2] = ["KHR_mesh_quantization", "EXT_mesh_gpu_instancing"];
-    const COMPRESSION: [&str; 3] = [DRACO, MESHOPT[0], MESHOPT[1]];
-    const NO_GEOMETRY: [&str; 12] = [
-        "ADOBE_materials_thin_transparency",
-        "AGI_articulations",
-        "CESIUM_RTC",
-        "CESIUM_primitive_outline",
-        "EXT_feature_metadata",
-        "EXT_instance_features",
-        "EXT_mesh_features",
-        "EXT_structural_metadata",
-        "KHR_animation_pointer",
-        "KHR_techniques_webgl",
-        "KHR_xmp",
-        "KHR_xmp_json_ld",
-    ];
-    const NO_GEOMETRY_PREFIXES: [&str; 9] = [
-        "KHR_materials_",
-        "EXT_materials_",
-        "MSFT_packing_",
-        "KHR_texture_",
-        "EXT_texture_",
-        "MSFT_texture_",
-        "KHR_lights_",
-        "EXT_lights_",
-        "EXT_image_",
-    ];
-    READ.contains(&extension)
-        || COMPRESSION.contains(&extension)
-        || NO_GEOMETRY.contains(&extension)
-        || NO_GEOMETRY_PREFIXES.iter().any(|p| extension.starts_with(p))
-}
-
-pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
-pub(super) const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
-
-/// The refusal of a compressed part, with the way out.
-pub(super) fn compressed(extension: &str, source: &Source) -> SceneError {
-    SceneError::UnsupportedExtension {
-        path: source.path.to_owned(),
-        extension: extension.to_owned(),
-        advice: "decode the model once, for example with: npx @gltf-transform/cli cp in.glb out.glb",
+/// What an error says, without its place and without most of a text that it cites: that may be a whole embedded buffer.
+fn what(error: &serde_json::Error) -> String {
+    const MOST: usize = 160;
+    let text = error.to_string();
+    let text = text.rsplit_once(" at line ").map_or(text.as_str(), |(what, _)| what);
+    let is_payload = |text: &str| text.to_ascii_lowercase().contains("\"data:");
+    match (text.split_once('"'), text.rsplit_once('"')) {
+        (Some((before, _)), Some((_, after))) if text.len() > MOST || is_payload(text) => {
+            format!("{before}\"…\"{after}")
+        }
+        _ => text.chars().take(MOST).collect(),
     }
 }
 
-#[test]
-fn no_structure_is_larger_than_is_charged_for_it() {
-    let largest = [size_of::<Node>(), size_of::<Accessor>(), size_of::<Mesh>(), size_of::<View>(), size_of::<Buffer>()];
-    assert!(largest.into_iter().all(|size| 2 * size as u64 <= BYTES_PER_OBJECT), "{largest:?}");
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_structure_is_larger_than_is_charged_for_it() {
+        let ours = [size_of::<Node>(), size_of::<Mesh>(), size_of::<Primitive>()];
+        let theirs = [size_of::<Accessor>(), size_of::<View>(), size_of::<Buffer>()];
+        assert!(ours.into_iter().chain(theirs).all(|size| 2 * size as u64 <= BYTES_PER_OBJECT), "{ours:?} {theirs:?}");
+    }
 }

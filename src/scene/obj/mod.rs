@@ -43,6 +43,7 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
         if triangle_count > 0 {
             mesh.parts.push(Part {
                 name: counts.part_name(&name),
+                material: String::new(),
                 source_mesh: 0,
                 source_part: mesh.parts.len() as u32,
                 baked_node: None,

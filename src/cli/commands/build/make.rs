@@ -2,7 +2,7 @@
 
 use super::BuildArgs;
 use super::inputs;
-use super::outcome::{Built, Times, dropped};
+use super::outcome::{Built, Times, decided, dropped};
 use super::plan::{Job, same_file};
 use crate::build::{self, BuildOptions};
 use crate::cache::keys::Recipe;
@@ -47,6 +47,9 @@ impl Workshop<'_> {
         let read_time = start.elapsed();
         if let Some(dropped) = dropped(&report) {
             self.context.terminal.warn(&format!("{}: left out {dropped}", names::path(&job.input)));
+        }
+        for decision in decided(&report) {
+            self.context.terminal.warn(&format!("{}: {}", names::path(&job.input), names::escape(&decision)));
         }
 
         caches::fits(&job.input, &scene, &self.build, self.context)?;

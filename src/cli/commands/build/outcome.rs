@@ -140,18 +140,44 @@ impl Built {
 
 /// What reading dropped, as a phrase, or `None` for a clean model.
 pub fn dropped(report: &ReadReport) -> Option<String> {
+    let beyond = format!(" beyond the range of f32 ({:.1e}; the limit is {:.1e})", report.largest_magnitude, f32::MAX);
     let counted = [
         (report.degenerate_triangles, "triangle", " without area"),
         (report.non_finite_triangles, "triangle", " with NaN or infinite positions"),
         (report.skipped_primitives, "line and point primitive", ""),
         (report.singular_instances, "instance", " scaled to nothing"),
+        (report.out_of_range_instances, "instance", &beyond),
+        (report.hidden_nodes, "hidden node", ""),
+        (report.unplayed_animations, "animation", " (everything stands at rest)"),
+        (report.unapplied_morph_weights, "morph weight", " without a target"),
     ];
-    let found: Vec<String> = counted
-        .iter()
-        .filter(|(n, ..)| *n > 0)
-        .map(|(n, what, which)| format!("{} {what}{}{which}", figures::count(*n), if *n == 1 { "" } else { "s" }))
-        .collect();
+    let found: Vec<String> =
+        counted.iter().filter(|c| c.0 > 0).map(|(n, what, which)| phrase(*n, what, which)).collect();
     (!found.is_empty()).then(|| found.join(", "))
+}
+
+/// What reading had to decide where the model does not say or may not be followed, each as a sentence.
+pub fn decided(report: &ReadReport) -> Vec<String> {
+    let counted = [
+        (report.unposed_skins, "node", " with a skin but without joints or weights: placed without the skin"),
+        (report.uninstanced_skins, "skinned node", " with instances: placed once, by the joints"),
+        (report.unweighted_vertices, "vertex without joint weights", ": placed by the first joint"),
+    ];
+    let found = counted.iter().filter(|c| c.0 > 0).map(|(n, what, which)| phrase(*n, what, which));
+    let ignored = report.ignored_extensions.iter();
+    found
+        .chain(ignored.map(|name| format!("the glTF extension {name}, which may move or change triangles, is ignored")))
+        .collect()
+}
+
+/// `3 triangles without area`, `1 vertex without weights`.
+fn phrase(n: u64, what: &str, which: &str) -> String {
+    let plural = match what.strip_prefix("vertex") {
+        _ if n == 1 => what.to_string(),
+        Some(rest) => format!("vertices{rest}"),
+        None => format!("{what}s"),
+    };
+    format!("{} {plural}{which}", figures::count(n))
 }
 
 /// `VmHWM` of Linux; other systems do not tell without more code than the figure is worth.

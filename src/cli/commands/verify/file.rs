@@ -9,7 +9,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::cli::progress::Bar;
-use crate::scene::{self, ReadOptions, Scene};
+use crate::scene::{self, Scene};
 use crate::verify::{Cpu, Outcome, Plan, Subject, VerifyError, is_of_model, scene_of_file};
 use std::path::{Path, PathBuf};
 
@@ -57,8 +57,7 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
             failure.fact(format!("the file is {}", names::path(path))).help(format!("bvhc check {}", names::path(path)))
         });
     };
-    let (read, _) = caches::recorded(cache.meta());
-    let read = ReadOptions { allow_outside: args.allow_outside, max_memory: context.global.max_memory, ..read };
+    let (read, _) = caches::recorded_with(cache.meta(), args.allow_outside, &args.ignore_extensions, context);
     let mut scene = scene::read(model, &read).map_err(|e| caches::scene_failure(&e))?;
 
     // Instances of nothing are in no file, and would shift the numbers of the others.
