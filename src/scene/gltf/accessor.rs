@@ -289,7 +289,7 @@ impl<'b> Elements<'b> {
         if let Some(json) = document.buffer_views.get(view) {
             let mut names = json.extensions.iter().flat_map(|e| e.others.keys());
             let packed = names.find(|n| MESHOPT.contains(&n.as_str()));
-            if let Some(extension) = packed.filter(|e| document.requires(e)) {
+            if let Some(extension) = packed.filter(|e| document.requires(e) && !source.options.ignores(e)) {
                 return Err(compressed(extension, source));
             }
         }

@@ -28,8 +28,8 @@ impl Rounded {
     }
 }
 
-/// The middle of the finite positions where they stand far from the origin, else zero. It is rounded to `f32`, so that a file can state it
-/// exactly, unless it is beyond that: then no file can place the mesh, and its instance says so.
+/// Along each axis the middle of the finite positions, where they stand far off, else zero. It is rounded to `f32`, so that a file can
+/// state it exactly, unless it is beyond that: then no file can place the mesh, and its instance says so.
 fn origin(world: &[[f64; 3]]) -> [f64; 3] {
     let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in world.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
@@ -38,14 +38,14 @@ fn origin(world: &[[f64; 3]]) -> [f64; 3] {
         }
     }
     let size = (0..3).map(|k| max[k] - min[k]).fold(0.0, f64::max);
-    let reach = min.iter().chain(&max).map(|c| c.abs()).fold(0.0, f64::max);
-    if !reach.is_finite() || reach <= FAR * size {
-        return [0.0; 3];
-    }
     [0, 1, 2].map(|k| {
-        let middle = 0.5 * min[k] + 0.5 * max[k];
+        let (reach, middle) = (min[k].abs().max(max[k].abs()), 0.5 * min[k] + 0.5 * max[k]);
         let rounded = f64::from(middle as f32);
-        if rounded.is_finite() { rounded } else { middle }
+        match reach.is_finite() && reach > FAR * size {
+            true if rounded.is_finite() => rounded,
+            true => middle,
+            false => 0.0,
+        }
     })
 }
 
