@@ -80,7 +80,7 @@ fn world_box(scene: &Scene) -> Aabb {
     let mut bounds = Aabb::EMPTY;
     for i in 0..scene.instances.len() {
         for p in placed(scene, i) {
-            bounds.grow(p.map(|c| c as f32));
+            bounds = bounds.grow(p.map(|c| c as f32));
         }
     }
     bounds
