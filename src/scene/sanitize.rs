@@ -4,10 +4,13 @@ use super::collinear::is_collinear;
 use super::place;
 use super::source::Source;
 use super::{Degenerate, Mesh, Part, Scene, SceneError};
+use crate::geom::Affine;
+use std::collections::BTreeMap;
 
 /// Apply the degenerate policy, drop triangles with non-finite positions, instances that cannot be placed and meshes
 /// that nothing shows, and count all of it. Afterwards every mesh has a triangle and an instance.
 pub(super) fn sanitize(scene: &mut Scene, source: &mut Source) -> Result<(), SceneError> {
+    let shown = places_of_each_mesh(scene);
     place::settle(scene, source)?;
     drop_unused_meshes(scene);
     let mut first_bad = None;
@@ -31,7 +34,31 @@ pub(super) fn sanitize(scene: &mut Scene, source: &mut Source) -> Result<(), Sce
     }
     place::drop_boundless(scene);
     drop_unused_meshes(scene);
+    name_the_last_place(scene, &shown);
     Ok(())
+}
+
+/// How many instances each source mesh has.
+fn places_of_each_mesh(scene: &Scene) -> BTreeMap<u32, u64> {
+    let mut places = BTreeMap::new();
+    for part in scene.instances.iter().filter_map(|i| scene.meshes[i.mesh as usize].parts.first()) {
+        *places.entry(part.source_mesh).or_default() += 1;
+    }
+    places
+}
+
+/// A file of one level says by [`Part::baked_node`] which node a triangle comes from, but not of an only instance that nothing moves. Where
+/// the others of its source mesh were dropped, say it all the same: nobody could tell which one was left.
+fn name_the_last_place(scene: &mut Scene, shown: &BTreeMap<u32, u64>) {
+    let [only] = &scene.instances[..] else { return };
+    if only.transform != Affine::IDENTITY {
+        return;
+    }
+    for part in &mut scene.meshes[only.mesh as usize].parts {
+        if shown.get(&part.source_mesh).is_some_and(|places| *places > 1) {
+            part.baked_node = Some(only.node);
+        }
+    }
 }
 
 /// Remove instances of empty meshes and meshes without instances, and renumber what stays in its order.

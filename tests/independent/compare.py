@@ -116,7 +116,7 @@ class Comparison:
             exact = transform(matrix, right)
             slack = transform(magnitude, size) * F64_SLACK
             self.judge(exact, stored, half_ulp(exact) + slack, 0.0 * exact, cut, rows, where)
-        elif bool(((np.abs(stored - right) <= half_ulp(right) + size * F64_SLACK).all(axis=(1, 2)) | cut).all()):
+        elif invertible(matrix) and bool(((np.abs(stored - right) <= half_ulp(right) + size * F64_SLACK).all(axis=(1, 2)) | cut).all()):
             # The mesh stands in its own space: its instance's matrix must be the node's.
             off = np.abs(shown.matrix - matrix[:3])
             wrong = off > half_ulp(matrix[:3]) + magnitude[:3] * F64_SLACK
@@ -206,6 +206,10 @@ def reasons(placement, part, rows):
 def transform(matrix, points, w=1.0):
     with np.errstate(invalid="ignore", over="ignore"):
         return points @ matrix[:3, :3].T + matrix[:3, 3] * w
+
+
+def invertible(matrix):
+    return np.linalg.det(matrix[:3, :3]) != 0
 
 
 def place_name(mesh, part, node, copy):

@@ -23,7 +23,7 @@ impl<'b> Buffers<'b> {
             let count = document.buffer_views.len();
             return Err(SceneError::malformed(source.path, format!("it uses buffer view {view}, but has {count}")));
         };
-        let index = json.buffer.value();
+        let index = json.buffer.0 as usize;
         self.load(document, index, view, source)?;
         let buffer = self.loaded.get(index).and_then(Option::as_deref).unwrap_or_default();
         let (offset, length) = (json.byte_offset.map_or(0, |o| o.0), json.byte_length.0);
@@ -52,7 +52,7 @@ impl<'b> Buffers<'b> {
             (Some(uri), _) => Cow::Owned(fetch(uri, index, source)?),
             (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
             (None, _) => {
-                let mut fallback = json.extensions.iter().flat_map(|e| &e.others).map(|(name, _)| name.as_str());
+                let mut fallback = json.extensions.iter().flat_map(|e| e.keys()).map(String::as_str);
                 let meshopt = fallback.find(|name| MESHOPT.contains(name));
                 return Err(meshopt.map_or_else(
                     || {

@@ -1,16 +1,15 @@
 use super::extensions;
+use super::whole::{Index, Whole};
 use crate::scene::SceneError;
 use crate::scene::source::Source;
-use ::gltf::json::{Accessor, Buffer, buffer::View};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 
-/// The part of a glTF file that says where triangles are.
+/// The part of a glTF file that says where triangles are; images, cameras and the like are skipped unread.
 ///
-/// Accessors, buffers and their views are the `gltf` crate's. Nodes and meshes are our own structures, since the crate's round node
-/// transforms and morph weights to `f32`. Images and cameras are skipped unread.
+/// JSON numbers are doubles and are read as such.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Document {
@@ -28,7 +27,7 @@ pub(super) struct Document {
     pub nodes: Vec<Node>,
     #[serde(default)]
     pub scenes: Vec<SceneRoots>,
-    pub scene: Option<u32>,
+    pub scene: Option<Index>,
     /// Kept as text until a node uses one: a broken skin that nothing shows does no harm.
     #[serde(default)]
     skins: Vec<Box<RawValue>>,
@@ -44,20 +43,76 @@ pub(super) struct Document {
     pub ignored_extensions: Vec<String>,
 }
 
-/// A glTF scene; unlike the `gltf` crate's, it may leave out its list of nodes, as the specification allows.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Accessor {
+    pub buffer_view: Option<Index>,
+    pub byte_offset: Option<Whole<u64>>,
+    pub component_type: Index,
+    pub normalized: Option<bool>,
+    pub count: Whole<u64>,
+    #[serde(rename = "type")]
+    pub kind: String,
+    pub sparse: Option<Sparse>,
+}
+
+/// Elements that replace some of an accessor's.
+#[derive(Deserialize)]
+pub(super) struct Sparse {
+    pub count: Whole<u64>,
+    pub indices: SparseIndices,
+    pub values: SparseValues,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseIndices {
+    pub buffer_view: Index,
+    pub byte_offset: Option<Whole<u64>>,
+    pub component_type: Index,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseValues {
+    pub buffer_view: Index,
+    pub byte_offset: Option<Whole<u64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer {
+    pub byte_length: Whole<u64>,
+    pub uri: Option<String>,
+    pub extensions: Option<ExtensionNames>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct View {
+    pub buffer: Index,
+    pub byte_offset: Option<Whole<u64>>,
+    pub byte_length: Whole<u64>,
+    pub byte_stride: Option<Whole<u64>>,
+    pub extensions: Option<ExtensionNames>,
+}
+
+/// The extensions of an object of which only the names matter.
+pub(super) type ExtensionNames = BTreeMap<String, IgnoredAny>;
+
+/// A glTF scene.
 #[derive(Deserialize)]
 pub(super) struct SceneRoots {
     #[serde(default)]
-    pub nodes: Vec<u32>,
+    pub nodes: Vec<Index>,
 }
 
-/// A node. JSON numbers are doubles, and so are these.
 #[derive(Deserialize)]
 pub(super) struct Node {
     pub name: Option<String>,
-    pub children: Option<Vec<u32>>,
-    pub mesh: Option<u32>,
-    pub skin: Option<u32>,
+    pub children: Option<Vec<Index>>,
+    pub mesh: Option<Index>,
+    pub skin: Option<Index>,
     pub matrix: Option<Box<[f64; 16]>>,
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
@@ -91,21 +146,21 @@ pub(super) struct Mesh {
 #[derive(Deserialize)]
 pub(super) struct Primitive {
     /// Accessors by the names of vertex attributes.
-    pub attributes: BTreeMap<String, u32>,
-    pub indices: Option<u32>,
-    pub material: Option<u32>,
-    pub mode: Option<u32>,
+    pub attributes: BTreeMap<String, Index>,
+    pub indices: Option<Index>,
+    pub material: Option<Index>,
+    pub mode: Option<Index>,
     /// Accessors of displacements, by the names of the attributes that each morph target moves.
-    pub targets: Option<Vec<BTreeMap<String, u32>>>,
-    extensions: Option<BTreeMap<String, IgnoredAny>>,
+    pub targets: Option<Vec<BTreeMap<String, Index>>>,
+    extensions: Option<ExtensionNames>,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Skin {
-    pub inverse_bind_matrices: Option<u32>,
+    pub inverse_bind_matrices: Option<Index>,
     #[serde(default)]
-    pub joints: Vec<u32>,
+    pub joints: Vec<Index>,
 }
 
 /// What an object of the JSON takes in memory at most, its list's spare room included, and what any other value does. The
@@ -118,12 +173,19 @@ impl Document {
         let count = |byte: u8| json.iter().filter(|b| **b == byte).count() as u64;
         let structures = count(b'{') * BYTES_PER_OBJECT + (count(b',') + count(b'[')) * BYTES_PER_VALUE;
         source.charge(json.len() as u64 + structures, "its JSON")?;
-        let head = Head::parse(json, source)?;
-        let mut document: Document = serde_json::from_slice(json).map_err(|e| json_error(&e, source))?;
-        document.material_names = elements(head.materials).map(|m| read_or_default::<Named>(m).name).collect();
-        document.animation_count = elements(head.animations).count() as u64;
-        let used = elements(head.extensions_used).map(read_or_default);
-        document.ignored_extensions = extensions::admit(&document.extensions_required, used, source)?;
+        let looks_like_json = json.trim_ascii_start().first().is_none_or(|&b| b == b'{');
+        if !looks_like_json {
+            return Err(SceneError::malformed(source.path, "its text does not begin with a JSON object"));
+        }
+
+        // Check the version first: a glTF 1.0 file has other structures, and should not fail on one of them.
+        let head = last_of_equal_keys(json, Head::read).map_err(|e| json_error(&e, source))?;
+        check_version(head.asset, source)?;
+        let read = |json: &[u8]| serde_json::from_slice::<Document>(json);
+        let mut document = last_of_equal_keys(json, read).map_err(|e| json_error(&e, source))?;
+        document.material_names = head.material_names;
+        document.animation_count = head.animation_count;
+        document.ignored_extensions = extensions::admit(&document.extensions_required, head.extensions_used, source)?;
         Ok(document)
     }
 
@@ -136,7 +198,8 @@ impl Document {
             let reason = format!("it uses skin {index}, but there are {}", self.skins.len());
             return Err(SceneError::malformed(source.path, reason));
         };
-        serde_json::from_str(text.get()).map_err(|e| {
+        let read = |json: &[u8]| serde_json::from_slice::<Skin>(json);
+        last_of_equal_keys(text.get().as_bytes(), read).map_err(|e| {
             SceneError::malformed(source.path, format!("skin {index} is not that of a glTF file: {}", what(&e)))
         })
     }
@@ -144,7 +207,7 @@ impl Document {
 
 impl Primitive {
     pub fn attribute(&self, name: &str) -> Option<usize> {
-        self.attributes.get(name).map(|a| *a as usize)
+        self.attributes.get(name).map(|a| a.0 as usize)
     }
 
     pub fn has_extension(&self, name: &str) -> bool {
@@ -153,16 +216,11 @@ impl Primitive {
 }
 
 /// What is read before all else, or only as far as it can be read: a broken material says nothing about triangles.
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Head<'j> {
+struct Head {
     asset: Option<Asset>,
-    #[serde(borrow)]
-    materials: Option<&'j RawValue>,
-    #[serde(borrow)]
-    animations: Option<&'j RawValue>,
-    #[serde(borrow)]
-    extensions_used: Option<&'j RawValue>,
+    material_names: Vec<String>,
+    animation_count: u64,
+    extensions_used: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -178,31 +236,26 @@ struct Named {
     name: String,
 }
 
-impl<'j> Head<'j> {
-    /// Check the version first: a glTF 1.0 file has other structures, and should not fail on one of them.
-    fn parse(json: &'j [u8], source: &Source) -> Result<Head<'j>, SceneError> {
-        if json.trim_ascii_start().first().is_some_and(|&b| b != b'{') {
-            return Err(SceneError::malformed(source.path, "its text does not begin with a JSON object"));
+impl Head {
+    fn read(json: &[u8]) -> Result<Head, serde_json::Error> {
+        #[derive(Deserialize)]
+        #[serde(rename_all = "camelCase")]
+        struct Lists<'j> {
+            asset: Option<Asset>,
+            #[serde(borrow)]
+            materials: Option<&'j RawValue>,
+            #[serde(borrow)]
+            animations: Option<&'j RawValue>,
+            #[serde(borrow)]
+            extensions_used: Option<&'j RawValue>,
         }
-        let mut head: Head = serde_json::from_slice(json).map_err(|e| json_error(&e, source))?;
-        let Some(asset) = head.asset.take() else {
-            return Err(SceneError::malformed(source.path, "it has no 'asset' object; every glTF file needs one"));
-        };
-        let as_text = |v: serde_json::Value| v.as_str().map_or_else(|| v.to_string(), str::to_owned);
-        let Some(version) = asset.version.map(as_text) else {
-            return Err(SceneError::malformed(
-                source.path,
-                "its 'asset' object has no 'version'; every glTF file needs one",
-            ));
-        };
-        let unsupported = |version| Err(SceneError::UnsupportedVersion { path: source.path.to_owned(), version });
-        if version.split('.').next() != Some("2") {
-            return unsupported(version);
-        }
-        match asset.min_version.map(as_text) {
-            Some(minimum) if minimum != "2.0" => unsupported(minimum),
-            _ => Ok(head),
-        }
+        let lists: Lists = serde_json::from_slice(json)?;
+        Ok(Head {
+            asset: lists.asset,
+            material_names: elements(lists.materials).map(|m| read_or_default::<Named>(m).name).collect(),
+            animation_count: elements(lists.animations).count() as u64,
+            extensions_used: elements(lists.extensions_used).map(read_or_default).collect(),
+        })
     }
 }
 
@@ -213,6 +266,40 @@ fn elements(list: Option<&RawValue>) -> impl Iterator<Item = &RawValue> {
 
 fn read_or_default<'j, T: Deserialize<'j> + Default>(value: &'j RawValue) -> T {
     serde_json::from_str(value.get()).unwrap_or_default()
+}
+
+fn check_version(asset: Option<Asset>, source: &Source) -> Result<(), SceneError> {
+    let Some(asset) = asset else {
+        return Err(SceneError::malformed(source.path, "it has no 'asset' object; every glTF file needs one"));
+    };
+    let as_text = |v: serde_json::Value| v.as_str().map_or_else(|| v.to_string(), str::to_owned);
+    let Some(version) = asset.version.map(as_text) else {
+        return Err(SceneError::malformed(
+            source.path,
+            "its 'asset' object has no 'version'; every glTF file needs one",
+        ));
+    };
+    let unsupported = |version| Err(SceneError::UnsupportedVersion { path: source.path.to_owned(), version });
+    if version.split('.').next() != Some("2") {
+        return unsupported(version);
+    }
+    match asset.min_version.map(as_text) {
+        Some(minimum) if minimum != "2.0" => unsupported(minimum),
+        _ => Ok(()),
+    }
+}
+
+/// Read a text in which a key may stand in one object more than once: the last one counts (glTF 2.0, 2.7). Such a text is rare, and seldom
+/// can be read at once: what cannot is written anew with each key once, and read again.
+fn last_of_equal_keys<T>(
+    json: &[u8],
+    read: impl Fn(&[u8]) -> Result<T, serde_json::Error>,
+) -> Result<T, serde_json::Error> {
+    read(json).or_else(|error| {
+        let value = serde_json::from_slice::<serde_json::Value>(json);
+        let unique = value.and_then(|value| serde_json::to_vec(&value));
+        unique.and_then(|json| read(&json)).map_err(|_| error)
+    })
 }
 
 fn json_error(error: &serde_json::Error, source: &Source) -> SceneError {
@@ -243,8 +330,8 @@ mod tests {
 
     #[test]
     fn no_structure_is_larger_than_is_charged_for_it() {
-        let ours = [size_of::<Node>(), size_of::<Mesh>(), size_of::<Primitive>()];
-        let theirs = [size_of::<Accessor>(), size_of::<View>(), size_of::<Buffer>()];
-        assert!(ours.into_iter().chain(theirs).all(|size| 2 * size as u64 <= BYTES_PER_OBJECT), "{ours:?} {theirs:?}");
+        let shown = [size_of::<Node>(), size_of::<Mesh>(), size_of::<Primitive>()];
+        let stored = [size_of::<Accessor>(), size_of::<View>(), size_of::<Buffer>()];
+        assert!(shown.iter().chain(&stored).all(|size| 2 * *size as u64 <= BYTES_PER_OBJECT), "{shown:?} {stored:?}");
     }
 }

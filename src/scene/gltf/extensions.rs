@@ -129,11 +129,7 @@ pub fn extension(name: &str) -> Option<&'static Extension> {
 
 /// Refuse a file that requires what is not done here, unless the caller ignores it. Otherwise say which extensions that may place
 /// geometry go unheeded.
-pub(super) fn admit(
-    required: &[String],
-    used: impl Iterator<Item = String>,
-    source: &Source,
-) -> Result<Vec<String>, SceneError> {
+pub(super) fn admit(required: &[String], used: Vec<String>, source: &Source) -> Result<Vec<String>, SceneError> {
     let is_ignored = |name: &str| source.options.ignores(name);
     let mut unheeded = BTreeSet::new();
     for name in required {
@@ -150,7 +146,7 @@ pub(super) fn admit(
         }
     }
     let may_place = |name: &String| extension(name).is_some_and(|row| row.treatment == Treatment::Refused);
-    unheeded.extend(used.filter(may_place));
+    unheeded.extend(used.into_iter().filter(may_place));
     Ok(unheeded.into_iter().collect())
 }
 

@@ -1,8 +1,8 @@
 //! glTF 2.0: `.gltf` with embedded or external buffers, and `.glb`.
 //!
-//! Accessors' and buffers' structures come from the `gltf` crate; it is not asked to import or to validate, because its checks refuse
-//! quantized positions and its readers trust what they skip. Every index, offset and count is checked here where it is used,
-//! and only what the chosen scene shows is read: a broken material, texture or animation does not matter.
+//! The structures are our own (`document`): those of the crates that read glTF round node transforms to `f32`, refuse whole numbers
+//! that are written as `1.0`, or refuse quantized positions. Every index, offset and count is checked here where it is used, and only
+//! what the chosen scene shows is read: a broken material, texture or animation does not matter.
 //!
 //! ```text
 //! container ─▶ document ─▶ nodes: what is shown ─▶ pose: at rest ─▶ primitive: meshes ◀─ vertices ◀─ accessor ◀─ buffers ◀─ reference
@@ -24,6 +24,7 @@ mod primitive;
 mod reference;
 mod skin;
 mod vertices;
+mod whole;
 
 pub use extensions::{EXTENSIONS, Extension, Treatment, extension};
 

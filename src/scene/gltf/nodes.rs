@@ -39,18 +39,18 @@ pub(super) fn layout(document: &Document, source: &mut Source) -> Result<Layout,
             return Err(SceneError::malformed(source.path, reason));
         }
         let is_visible = is_visible && !(honours_visibility && is_hidden(node));
-        if let Some(mesh) = node.mesh {
+        if let Some(mesh) = node.mesh.map(|m| m.0) {
             if mesh as usize >= document.meshes.len() {
                 let reason = format!("node {index} shows mesh {mesh}, but there are {}", document.meshes.len());
                 return Err(SceneError::malformed(source.path, reason));
             }
             if is_visible {
-                layout.shown.push(Shown { node: index, mesh, skin: node.skin });
+                layout.shown.push(Shown { node: index, mesh, skin: node.skin.map(|s| s.0) });
             } else {
                 layout.hidden += 1;
             }
         }
-        stack.extend(node.children.iter().flatten().rev().map(|child| (*child, Some(index), is_visible)));
+        stack.extend(node.children.iter().flatten().rev().map(|child| (child.0, Some(index), is_visible)));
     }
     Ok(layout)
 }
@@ -71,7 +71,7 @@ fn get<'d>(document: &'d Document, index: u32, who: &str, source: &Source) -> Re
 /// nodes that are nobody's child.
 fn roots(document: &Document, source: &Source) -> Result<Vec<u32>, SceneError> {
     let count = document.scenes.len();
-    let chosen = match (source.options.scene, document.scene) {
+    let chosen = match (source.options.scene, document.scene.map(|s| s.0)) {
         (Some(asked), _) if asked as usize >= count => {
             let reason = format!("scene {asked} was asked for, but it has {count}");
             return Err(SceneError::malformed(source.path, reason));
@@ -84,7 +84,7 @@ fn roots(document: &Document, source: &Source) -> Result<Vec<u32>, SceneError> {
         (None, default) => default.unwrap_or(0),
     };
     if let Some(scene) = document.scenes.get(chosen as usize) {
-        return Ok(scene.nodes.clone());
+        return Ok(scene.nodes.iter().map(|n| n.0).collect());
     }
     let parents = parents(document);
     Ok((0..document.nodes.len() as u32).filter(|n| parents[*n as usize].is_none()).collect())
@@ -95,7 +95,7 @@ fn parents(document: &Document) -> Vec<Option<u32>> {
     let mut parents = vec![None; document.nodes.len()];
     for (index, node) in document.nodes.iter().enumerate() {
         for child in node.children.iter().flatten() {
-            if let Some(parent) = parents.get_mut(*child as usize) {
+            if let Some(parent) = parents.get_mut(child.0 as usize) {
                 parent.get_or_insert(index as u32);
             }
         }

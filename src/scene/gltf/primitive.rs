@@ -21,7 +21,7 @@ pub(super) fn surface_positions(primitive: &Primitive) -> Option<usize> {
 }
 
 fn mode(primitive: &Primitive) -> u32 {
-    primitive.mode.unwrap_or(TRIANGLES)
+    primitive.mode.map_or(TRIANGLES, |mode| mode.0)
 }
 
 /// Read one glTF mesh in one pose: its triangle primitives, one [`Part`] each. Primitives whose vertices are equal share them.
@@ -57,7 +57,7 @@ pub(super) fn mesh(
 
         // Connect them. Indices are needed only here.
         let (indices, restart) = match primitive.indices {
-            Some(indices) => accessor::indices(document, indices as usize, buffers, source)?,
+            Some(indices) => accessor::indices(document, indices.0 as usize, buffers, source)?,
             None => {
                 source.charge(count * 4, "the indices")?;
                 ((0..count as u32).collect(), u32::MAX)
@@ -78,7 +78,7 @@ pub(super) fn mesh(
         triangles.iter_mut().flatten().for_each(|v| *v += base as u32);
         let (first, count) = (before as u32, triangles.len() as u32);
         if count > 0 {
-            let material = primitive.material.and_then(|m| document.material_names.get(m as usize));
+            let material = primitive.material.and_then(|m| document.material_names.get(m.0 as usize));
             let material = material.cloned().unwrap_or_default();
             source.charge((mesh.name.len() + material.len()) as u64, "the names of its parts")?;
             mesh.parts.push(Part {
@@ -203,7 +203,7 @@ fn check_count(count: u64, of: &str, mesh: usize, source: &Source) -> Result<(),
 /// so does not require the extension, the plain data are read.
 fn check_compression(document: &Document, primitive: &Primitive, source: &Source) -> Result<(), SceneError> {
     let has_data = |accessor: Option<usize>| accessor.is_none_or(|a| accessor::has_data(document, a));
-    let is_plain = has_data(primitive.attribute("POSITION")) && has_data(primitive.indices.map(|i| i as usize));
+    let is_plain = has_data(primitive.attribute("POSITION")) && has_data(primitive.indices.map(|i| i.0 as usize));
     let must_decode = document.requires(DRACO) && !source.options.ignores(DRACO);
     if primitive.has_extension(DRACO) && (must_decode || !is_plain) {
         return Err(compressed(DRACO, source));

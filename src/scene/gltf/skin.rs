@@ -24,12 +24,13 @@ impl Skin {
         source: &mut Source,
     ) -> Result<Skin, SceneError> {
         let json = document.skin(index, source)?;
-        let count = json.joints.len();
+        let joints: Vec<u32> = json.joints.iter().map(|j| j.0).collect();
+        let count = joints.len();
         source.charge((count * (size_of::<u32>() + size_of::<Affine>())) as u64, "the skins")?;
         let Some(accessor) = json.inverse_bind_matrices else {
-            return Ok(Skin { joints: json.joints, inverse_binds: vec![Affine::IDENTITY; count] });
+            return Ok(Skin { joints, inverse_binds: vec![Affine::IDENTITY; count] });
         };
-        let (accessor, before) = (accessor as usize, source.available());
+        let (accessor, before) = (accessor.0 as usize, source.available());
         let given = accessor::count(document, accessor, source)?;
         if given < count as u64 {
             let reason = format!("skin {index} has {count} joints, but {given} inverse bind matrices");
@@ -42,7 +43,7 @@ impl Skin {
         let inverse_binds = matrices.iter().take(count).enumerate().map(bind).collect::<Result<_, _>>()?;
         drop(matrices);
         source.release(before - source.available());
-        Ok(Skin { joints: json.joints, inverse_binds })
+        Ok(Skin { joints, inverse_binds })
     }
 
     /// Each joint's transform from the mesh's space to world space, where `to_world` is that of each node.

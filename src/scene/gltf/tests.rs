@@ -361,41 +361,6 @@ fn gpu_instancing_places_a_mesh_many_times() {
 }
 
 #[test]
-fn compressed_geometry_is_refused_by_name_unless_plain_data_stand_beside_it() {
-    let draco = |d: &mut Value| {
-        d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] =
-            json!({ "bufferView": 0, "attributes": {} });
-    };
-    assert_eq!(read_json(&edited(draco)).meshes[0].triangles.len(), 1);
-    let required = edited(|d| {
-        draco(d);
-        d["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
-    });
-    let no_data = edited(|d| {
-        draco(d);
-        d["accessors"][0].as_object_mut().unwrap().remove("bufferView");
-    });
-    let meshopt = edited(|d| {
-        d["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = json!({ "buffer": 0 });
-        d["extensionsRequired"] = json!(["EXT_meshopt_compression"]);
-    });
-    let meshopt_fallback = edited(|d| {
-        d["buffers"][0] =
-            json!({ "byteLength": 76, "extensions": { "KHR_meshopt_compression": { "fallback": true } } });
-    });
-    for (document, name) in [
-        (required, "KHR_draco_mesh_compression"),
-        (no_data, "KHR_draco_mesh_compression"),
-        (meshopt, "EXT_meshopt_compression"),
-        (meshopt_fallback, "KHR_meshopt_compression"),
-    ] {
-        let error = try_read(&document).unwrap_err();
-        assert_eq!(error.kind(), ErrorKind::Unsupported);
-        assert!(error.to_string().contains(name) && error.to_string().contains("gltf-transform"), "{error}");
-    }
-}
-
-#[test]
 fn versions_and_broken_json() {
     let version =
         |asset: Value| try_read(&edited(|d| d["asset"] = asset)).map(drop).map_err(|e| (e.kind(), e.to_string()));

@@ -1,9 +1,11 @@
 use super::accessor::{self, Shape};
 use super::buffers::Buffers;
 use super::document::{Document, Primitive};
+use super::whole::Index;
 use crate::scene::SceneError;
 use crate::scene::pose::{Influences, Target, Vertices};
 use crate::scene::source::Source;
+use std::collections::BTreeMap;
 
 /// The accessors of a primitive's vertices: equal ones mean equal vertices.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,9 +21,9 @@ impl Attributes {
     /// What a pose with these morph weights, and perhaps a skin, needs of a primitive that has positions.
     pub fn new(primitive: &Primitive, positions: usize, weights: &[f64], is_skinned: bool) -> Attributes {
         let targets = primitive.targets.iter().flatten().enumerate();
-        let moves = |(i, target): (usize, &std::collections::BTreeMap<String, u32>)| {
+        let moves = |(i, target): (usize, &BTreeMap<String, Index>)| {
             let is_active = weights.get(i).is_some_and(|w| *w != 0.0);
-            target.get("POSITION").filter(|_| is_active).map(|accessor| (i, *accessor as usize))
+            target.get("POSITION").filter(|_| is_active).map(|accessor| (i, accessor.0 as usize))
         };
         let influences = if is_skinned { influences(primitive) } else { Vec::new() };
         Attributes { positions, targets: targets.filter_map(moves).collect(), influences }

@@ -112,3 +112,28 @@ fn errors_of_json_cite_no_embedded_data() {
         assert!(!error.contains("AAAA") && error.len() < 400 && error.contains("invalid type"), "{error}");
     }
 }
+
+#[test]
+fn whole_numbers_may_be_decimals_and_the_last_of_equal_keys_counts() {
+    let text = square().to_string();
+    let decimal = text.replace("\"count\":4", "\"count\":4.0").replace("\"POSITION\":0", "\"POSITION\":0e0");
+    let repeated = text.replace("{\"mesh\":0}", "{\"mesh\":9,\"name\":\"a\",\"mesh\":0,\"translation\":[0.1,0,0]}");
+    for changed in [decimal, repeated.clone(), text.replacen('{', "{\"nodes\":3,\"asset\":null,", 1)] {
+        assert_ne!(changed, text);
+        let scene = read_bytes(changed.into(), "test.gltf", None, None, &options()).unwrap();
+        assert_eq!(scene.instanced_triangles(), 1);
+    }
+    let scene = read_bytes(repeated.into(), "test.gltf", None, None, &options()).unwrap();
+    assert_eq!(scene.instances[0].transform.rows[0][3], 0.1);
+}
+
+#[test]
+fn the_only_place_that_is_left_of_several_is_named() {
+    let nodes = |second: Value| {
+        read_json(&edited(|d| d["nodes"] = json!([{ "mesh": 0, "scale": [0, 0, 0] }, second]))).meshes[0].parts[0]
+            .baked_node
+    };
+    assert_eq!(nodes(json!({ "mesh": 0 })), Some(1));
+    assert_eq!(nodes(json!({ "mesh": 0, "translation": [1, 0, 0] })), None, "baking names it");
+    assert_eq!(read_json(&square()).meshes[0].parts[0].baked_node, None);
+}
