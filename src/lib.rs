@@ -73,9 +73,9 @@
 //! The file format is `format-spec/SPEC.md`: a reader in another language needs nothing else.
 
 pub mod build;
+mod builder;
 pub mod cache;
 pub mod compile;
-mod builder;
 pub mod report;
 pub mod scene;
 pub mod search;
@@ -86,9 +86,9 @@ pub mod verify;
 #[cfg(feature = "cli")]
 pub mod cli;
 
+pub use builder::{Build, Built};
 pub use bvhc_core::{exec, geom, layout, random, simd};
 pub use cache::{Cache, Opened};
-pub use builder::{Build, Built};
 pub use geom::Ray;
 pub use trace::Hit;
 

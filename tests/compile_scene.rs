@@ -14,8 +14,8 @@ fn strip(name: &str, count: u32) -> Mesh {
         name: name.into(),
         positions: (0..count + 2).map(corner).collect(),
         triangles: (0..count).map(|i| [i, i + 1, i + 2]).collect(),
-        source_prims: Vec::new(),
         parts: vec![Part { triangle_count: count, prim_count: count, ..Part::default() }],
+        ..Mesh::default()
     }
 }
 

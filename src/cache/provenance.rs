@@ -12,13 +12,24 @@ pub fn provenance(recipe: Recipe, inputs: &[InputFile], report: &ReadReport) -> 
         len: input.len,
         blake3: input.blake3,
     });
-    let read_counts = [
+    let always = [
         ("degenerate_triangles", report.degenerate_triangles),
         ("non_finite_triangles", report.non_finite_triangles),
         ("unreferenced_positions", report.unreferenced_positions),
         ("skipped_primitives", report.skipped_primitives),
         ("singular_instances", report.singular_instances),
     ];
+    // Few models have any of these, and files of the others do not name them.
+    let seldom = [
+        ("out_of_range_instances", report.out_of_range_instances),
+        ("unplayed_animations", report.unplayed_animations),
+        ("unposed_skins", report.unposed_skins),
+        ("uninstanced_skins", report.uninstanced_skins),
+        ("unweighted_vertices", report.unweighted_vertices),
+        ("unapplied_morph_weights", report.unapplied_morph_weights),
+        ("hidden_nodes", report.hidden_nodes),
+    ];
+    let read_counts = always.into_iter().chain(seldom.into_iter().filter(|(_, count)| *count > 0));
     Meta {
         tool: "bvhc".into(),
         tool_version: env!("CARGO_PKG_VERSION").into(),
@@ -26,7 +37,7 @@ pub fn provenance(recipe: Recipe, inputs: &[InputFile], report: &ReadReport) -> 
         builder_revision: recipe.builder_revision,
         options: recipe.options,
         dependencies: dependencies.collect(),
-        read_counts: read_counts.map(|(name, count)| (name.into(), count)).into(),
+        read_counts: read_counts.map(|(name, count)| (name.into(), count)).collect(),
         notes: Vec::new(),
     }
 }

@@ -108,8 +108,31 @@ pub fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
     let degenerate = value("degenerate").and_then(|v| Degenerate::parse(v).ok()).unwrap_or_default();
     let scene = value("scene").and_then(|v| v.parse().ok());
     let levels = value("levels").and_then(|v| Levels::parse(v).ok()).unwrap_or(Levels::Auto);
-    let read = ReadOptions { degenerate, scene, ..ReadOptions::default() };
+    let ignored = value("ignore_extensions").into_iter().flat_map(|names| names.split(','));
+    let ignore_extensions = ignored.map(str::to_owned).collect();
+    let read = ReadOptions { degenerate, scene, ignore_extensions, ..ReadOptions::default() };
     (read, BuildOptions { levels, ..BuildOptions::default() })
+}
+
+/// How a file's model is to be read, and laid out, to compare the two: as the file says, and as the flags of this run add.
+pub fn recorded_with(
+    meta: Option<&Meta>,
+    allow_outside: bool,
+    ignore_extensions: &[String],
+    context: &Context,
+) -> (ReadOptions, BuildOptions) {
+    let (mut read, build) = recorded(meta);
+    read.ignore_extensions.extend_from_slice(ignore_extensions);
+    (ReadOptions { allow_outside, max_memory: context.global.max_memory, ..read }, build)
+}
+
+/// A name for `--ignore-extension`.
+pub fn extension_name(text: &str) -> Result<String, String> {
+    let may_stand = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+    if text.is_empty() || !text.chars().all(may_stand) {
+        return Err("a glTF extension has a name such as KHR_node_visibility".to_string());
+    }
+    Ok(text.to_owned())
 }
 
 /// For a file that is no cache, or not there.

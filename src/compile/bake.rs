@@ -46,6 +46,7 @@ pub(super) fn bake(
     let mut out = Mesh {
         name: instances.first().map_or_else(String::new, |i| of(i).name.clone()),
         positions: Vec::with_capacity(positions as usize),
+        remainders: Vec::new(),
         triangles: Vec::with_capacity(triangles as usize),
         source_prims: Vec::with_capacity(triangles as usize),
         parts: Vec::new(),
@@ -107,9 +108,9 @@ fn append(out: &mut Mesh, mesh: &Mesh, instance: &Instance, origin: [f64; 3], ex
     // Only positions that a triangle uses must be finite, so unused ones are kept as they are to keep indices simple.
     out.positions.extend_from_slice(&mesh.positions);
     if to_tree != Affine::IDENTITY {
-        exec.map_chunks_mut(&mut out.positions[first_position..], CHUNK, |_, chunk| {
-            for p in chunk {
-                *p = to_tree.bake(*p);
+        exec.map_chunks_mut(&mut out.positions[first_position..], CHUNK, |number, chunk| {
+            for (v, p) in (number * CHUNK..).zip(chunk) {
+                *p = mesh.baked_position(v, &to_tree);
             }
         });
     }

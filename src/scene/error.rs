@@ -11,7 +11,7 @@ pub enum SceneError {
     #[error(
         "cannot read {}\n  buffer {buffer} names {}, which cannot be opened: {source}\nhelp: put the file there, or export \
          the model as one .glb file",
-        model.display(), path.display()
+        model.display(), clipped(&path.to_string_lossy())
     )]
     MissingBuffer { model: PathBuf, buffer: usize, path: PathBuf, source: std::io::Error },
 
@@ -42,8 +42,11 @@ pub enum SceneError {
     )]
     UnknownFormat { path: PathBuf },
 
-    #[error("cannot read {}\n  it needs the glTF extension {extension}, which bvhc does not read\nhelp: {advice}", path.display())]
-    UnsupportedExtension { path: PathBuf, extension: String, advice: &'static str },
+    #[error(
+        "cannot read {}\n  it needs the glTF extension {extension}, which bvhc does not read: {why}\nhelp: {advice}",
+        path.display()
+    )]
+    UnsupportedExtension { path: PathBuf, extension: String, why: &'static str, advice: String },
 
     #[error(
         "cannot read {}\n  it needs a reader of glTF {version}; this one reads glTF 2.0\nhelp: export it as glTF 2.0",
@@ -95,6 +98,18 @@ impl SceneError {
 
     pub(super) fn malformed_line(path: &Path, line: u64, reason: impl Into<String>) -> SceneError {
         SceneError::Malformed { path: path.to_owned(), line: Some(line), reason: reason.into() }
+    }
+}
+
+/// A text from a file as a message shows it: cut where it is long, and not shown where it looks like data, which may be megabytes.
+pub(super) fn clipped(text: &str) -> String {
+    const MOST: usize = 120;
+    let is_data = text.get(..4).is_some_and(|start| start.eq_ignore_ascii_case("data"))
+        && matches!(text.as_bytes().get(4), Some(b':' | b';' | b','));
+    let most = if is_data { "data:".len() } else { MOST };
+    match text.char_indices().nth(most) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
     }
 }
 

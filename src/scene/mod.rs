@@ -9,6 +9,8 @@ mod error;
 mod gltf;
 mod obj;
 mod options;
+mod place;
+mod pose;
 mod precision;
 mod read;
 mod sanitize;
@@ -17,6 +19,7 @@ mod validate;
 
 pub(crate) use collinear::is_collinear;
 pub use error::{ErrorKind, SceneError};
+pub use gltf::{EXTENSIONS as GLTF_EXTENSIONS, Extension as GltfExtension, Treatment, extension as gltf_extension};
 pub use options::{Degenerate, Format, ReadOptions};
 pub(crate) use precision::shortest_edges;
 pub use precision::{Loss, local_origin};
@@ -47,28 +50,41 @@ pub struct Scene {
 pub struct Mesh {
     pub name: String,
     pub positions: Vec<Point>,
+    /// What rounding each position to `f32` left off, itself rounded: position + remainder is the position to 48 bits. Empty where every
+    /// position is exact, as in most files; not where morph targets, joints or normalized integers make it.
+    pub remainders: Vec<Point>,
     /// Indices into `positions`, three a triangle, all in range.
     pub triangles: Vec<[u32; 3]>,
     /// For each triangle its number in the source mesh, counted before anything was dropped and over all parts in order.
     /// Empty when nothing was dropped: triangle `i` then is source triangle `i`.
+    ///
+    /// The number minus [`Part::first_prim`] of its part is the triangle's number in the source's primitive. In a glTF primitive triangle `i`
+    /// of a list has the indices `3i`, `3i + 1` and `3i + 2`; of a strip `i`, `i + 1` and `i + 2`, the last two swapped where `i`
+    /// is odd; of a fan `i + 1`, `i + 2` and `0` (glTF 2.0, 3.7.2.1). Where restart values divide a strip or fan, each piece is numbered
+    /// behind the one before it.
     pub source_prims: Vec<u32>,
     /// Which runs of `triangles` came from which OBJ group or glTF primitive, in order, covering all of them.
     pub parts: Vec<Part>,
 }
 
-/// One OBJ object/group/material run or one glTF primitive: a row of the file's `GEOM` table.
+/// One OBJ object/group/material run or one glTF primitive: a row of the file's `GEOM` table. Names are those of the source, letter by
+/// letter.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Part {
-    /// Of an OBJ its object and group (`Lamp`, `/off` or `Lamp/off`), as `scene/obj/names.rs` writes them; empty if the source names none.
+    /// Of an OBJ its object and group (`Lamp`, `/off` or `Lamp/off`), as `scene/obj/names.rs` writes them; of a glTF primitive the name of the
+    /// mesh, which all of its primitives share. Empty if the source names none.
+    ///
+    /// Nodes have names too, but one mesh may stand on many: see [`Instance::name`].
     pub name: String,
     /// Name of the material: of an OBJ what `usemtl` says, with `%` and two hexadecimal digits for `%` and for bytes that are not UTF-8.
-    /// Empty if the source names none.
+    /// Empty if there is none or the source does not name it.
     pub material: String,
     /// Index of the source mesh (glTF mesh index; 0 for OBJ).
     pub source_mesh: u32,
     /// Index of the glTF primitive in its mesh, or of the OBJ run in its file.
     pub source_part: u32,
-    /// The node whose transform was baked into the positions, when several instances were flattened into one mesh.
+    /// The node whose transform was baked into the positions: when several instances were flattened into one mesh, or when the transform
+    /// has no inverse, as that of a decal made by a scale of 0.
     pub baked_node: Option<u32>,
     /// First of this part's triangles in [`Mesh::triangles`].
     pub first_triangle: u32,
@@ -111,8 +127,8 @@ pub struct Rounding {
     pub rounded_before: Option<f64>,
 }
 
-/// What reading had to drop or repair. All zero for a clean file.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+/// What reading had to drop or repair, and what of a model a still scene cannot show. All zero for a clean file.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct ReadReport {
     /// Triangles with two equal corners or zero area (collinear corners), found by an exact test in `f64`.
     pub degenerate_triangles: u64,
@@ -123,9 +139,27 @@ pub struct ReadReport {
     /// Lines, points and other things that a triangle hierarchy cannot hold: OBJ statements (`l`, `p`, curves, faces of fewer
     /// than three corners), glTF primitives (points, lines, and such without positions).
     pub skipped_primitives: u64,
-    /// Instances whose transform is singular or not finite, and so has no inverse to take a ray into the mesh, or whose image
-    /// in the world is beyond the range of `f32`.
+    /// Instances whose transform has a scale of 0 along every axis: nothing is left of them.
     pub singular_instances: u64,
+    /// Instances that stand or reach beyond the range of `f32`, where no file can place them.
+    pub out_of_range_instances: u64,
+    /// The largest coordinate or matrix entry among these; 0 if there are none.
+    pub largest_magnitude: f64,
+    /// glTF animations (clips): none is played, everything stands at rest.
+    pub unplayed_animations: u64,
+    /// glTF nodes with a skin that has no joints, or with primitives that have no joints or weights: those stand where the node puts them.
+    pub unposed_skins: u64,
+    /// Nodes with a skin and `EXT_mesh_gpu_instancing`, which says nothing on skins: their meshes stand once, where the joints put them.
+    pub uninstanced_skins: u64,
+    /// Vertices of skinned meshes whose weights are all zero: they follow their first joint.
+    pub unweighted_vertices: u64,
+    /// Morph weights other than 0 that find no target.
+    pub unapplied_morph_weights: u64,
+    /// glTF nodes with a mesh that `KHR_node_visibility` hides.
+    pub hidden_nodes: u64,
+    /// glTF extensions that may place triangles and are not heeded: those that the caller ignores though the file requires them, and those
+    /// that are not honoured and that the file does not require.
+    pub ignored_extensions: Vec<String>,
 }
 
 impl Instance {
@@ -139,8 +173,24 @@ impl Mesh {
         if self.source_prims.is_empty() { i as u32 } else { self.source_prims[i] }
     }
 
+    /// Position `v` as exactly as it is known.
+    pub fn exact_position(&self, v: usize) -> [f64; 3] {
+        let (position, remainder) = (self.positions[v], self.remainders.get(v).copied().unwrap_or_default());
+        [0, 1, 2].map(|k| f64::from(position[k]) + f64::from(remainder[k]))
+    }
+
     pub fn corners(&self, i: usize) -> [Point; 3] {
         self.triangles[i].map(|v| self.positions[v as usize])
+    }
+
+    /// The corners of triangle `i` moved by a transform, computed in `f64` and rounded once: what a file of one level holds.
+    pub fn baked_corners(&self, i: usize, to_world: &Affine) -> [Point; 3] {
+        self.triangles[i].map(|v| self.baked_position(v as usize, to_world))
+    }
+
+    /// Position `v` moved by a transform, computed in `f64` and rounded once.
+    pub fn baked_position(&self, v: usize, to_world: &Affine) -> Point {
+        to_world.transform_point(self.exact_position(v)).map(|c| c as f32)
     }
 
     pub fn triangle_box(&self, i: usize) -> Aabb {

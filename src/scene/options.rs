@@ -13,8 +13,8 @@ pub enum Degenerate {
     Error,
 }
 
-/// How a model file is read. `degenerate` and `scene` change the result and belong in a build key; the other two only
-/// decide whether there is one.
+/// How a model file is read. `degenerate`, `scene` and `ignore_extensions` change the result and belong in a build key; the other two
+/// only decide whether there is one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadOptions {
     pub degenerate: Degenerate,
@@ -22,12 +22,20 @@ pub struct ReadOptions {
     pub allow_outside: bool,
     /// The glTF scene to read; `None` takes the file's default, or its first, or all root nodes where it has none.
     pub scene: Option<u32>,
+    /// glTF extensions that are read as if they were not in the file, even where it requires them. Data that stand only in a
+    /// compressed form cannot be had that way.
+    pub ignore_extensions: Vec<String>,
     /// Most bytes that reading may hold at once, estimated before each allocation. No file can make the reader hold more.
     pub max_memory: u64,
 }
 
 impl ReadOptions {
     pub const DEFAULT_MAX_MEMORY: u64 = 8 << 30;
+
+    /// Whether a glTF extension is to be read as if it were not in the file.
+    pub fn ignores(&self, extension: &str) -> bool {
+        self.ignore_extensions.iter().any(|e| e == extension)
+    }
 }
 
 impl Default for ReadOptions {
@@ -36,6 +44,7 @@ impl Default for ReadOptions {
             degenerate: Degenerate::default(),
             allow_outside: false,
             scene: None,
+            ignore_extensions: Vec::new(),
             max_memory: Self::DEFAULT_MAX_MEMORY,
         }
     }

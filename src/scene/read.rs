@@ -45,7 +45,7 @@ fn parse(bytes: Vec<u8>, format: Option<Format>, mut source: Source) -> Result<S
         Format::Obj => obj::parse(bytes, &mut source)?,
         Format::Gltf => gltf::parse(bytes, &mut source)?,
     };
-    sanitize::sanitize(&mut scene, &source)?;
+    sanitize::sanitize(&mut scene, &mut source)?;
     source.finish();
     scene.degenerate = source.options.degenerate;
     scene.inputs = source.inputs;

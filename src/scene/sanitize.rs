@@ -1,14 +1,17 @@
 //! The last step of reading: what no tree can hold goes, and is counted.
 
 use super::collinear::is_collinear;
+use super::place;
 use super::source::Source;
 use super::{Degenerate, Mesh, Part, Scene, SceneError};
-use crate::geom::{Aabb, Affine};
+use crate::geom::Affine;
+use std::collections::BTreeMap;
 
-/// Apply the degenerate policy, drop triangles with non-finite positions, instances that cannot be inverted and meshes
+/// Apply the degenerate policy, drop triangles with non-finite positions, instances that cannot be placed and meshes
 /// that nothing shows, and count all of it. Afterwards every mesh has a triangle and an instance.
-pub(super) fn sanitize(scene: &mut Scene, source: &Source) -> Result<(), SceneError> {
-    drop_singular(scene);
+pub(super) fn sanitize(scene: &mut Scene, source: &mut Source) -> Result<(), SceneError> {
+    let shown = places_of_each_mesh(scene);
+    place::settle(scene, source)?;
     drop_unused_meshes(scene);
     let mut first_bad = None;
     for mesh in &mut scene.meshes {
@@ -29,32 +32,33 @@ pub(super) fn sanitize(scene: &mut Scene, source: &Source) -> Result<(), SceneEr
             mesh,
         });
     }
-    drop_boundless(scene);
+    place::drop_boundless(scene);
     drop_unused_meshes(scene);
+    name_the_last_place(scene, &shown);
     Ok(())
 }
 
-/// A transform must have an inverse both as composed and as the file will store it.
-fn drop_singular(scene: &mut Scene) {
-    let before = scene.instances.len();
-    scene.instances.retain(|instance| {
-        let stored = Affine::from_f32(&instance.transform.to_f32());
-        instance.transform.inverse().is_some()
-            && stored.inverse().is_some_and(|i| i.to_f32().iter().all(|v| v.is_finite()))
-    });
-    scene.report.singular_instances += (before - scene.instances.len()) as u64;
+/// How many instances each source mesh has.
+fn places_of_each_mesh(scene: &Scene) -> BTreeMap<u32, u64> {
+    let mut places = BTreeMap::new();
+    for part in scene.instances.iter().filter_map(|i| scene.meshes[i.mesh as usize].parts.first()) {
+        *places.entry(part.source_mesh).or_default() += 1;
+    }
+    places
 }
 
-/// An instance whose image in the world does not fit in `f32` has no box there, so nothing can be traced in it.
-fn drop_boundless(scene: &mut Scene) {
-    let mesh_box = |m: &Mesh| (0..m.triangles.len()).fold(Aabb::EMPTY, |b, i| b.union(m.triangle_box(i)));
-    let boxes: Vec<Aabb> = scene.meshes.iter().map(mesh_box).collect();
-    let before = scene.instances.len();
-    scene.instances.retain(|instance| {
-        let local = &boxes[instance.mesh as usize];
-        local.is_empty() || instance.transform.transform_box(local).is_valid()
-    });
-    scene.report.singular_instances += (before - scene.instances.len()) as u64;
+/// A file of one level says by [`Part::baked_node`] which node a triangle comes from, but not of an only instance that nothing moves. Where
+/// the others of its source mesh were dropped, say it all the same: nobody could tell which one was left.
+fn name_the_last_place(scene: &mut Scene, shown: &BTreeMap<u32, u64>) {
+    let [only] = &scene.instances[..] else { return };
+    if only.transform != Affine::IDENTITY {
+        return;
+    }
+    for part in &mut scene.meshes[only.mesh as usize].parts {
+        if shown.get(&part.source_mesh).is_some_and(|places| *places > 1) {
+            part.baked_node = Some(only.node);
+        }
+    }
 }
 
 /// Remove instances of empty meshes and meshes without instances, and renumber what stays in its order.
@@ -145,9 +149,11 @@ fn compact_positions(mesh: &mut Mesh, referenced: &[bool]) {
             kept.wrapping_sub(1)
         })
         .collect();
-    let mut referenced = referenced.iter();
-    mesh.positions.retain(|_| referenced.next() == Some(&true));
-    mesh.positions.shrink_to_fit();
+    for points in [&mut mesh.positions, &mut mesh.remainders] {
+        let mut referenced = referenced.iter();
+        points.retain(|_| referenced.next() == Some(&true));
+        points.shrink_to_fit();
+    }
     mesh.triangles.iter_mut().flatten().for_each(|v| *v = renumbered[*v as usize]);
 }
 

@@ -54,6 +54,15 @@ pub enum GeometryError {
         /// How many numbers the list has.
         numbers: usize,
     },
+    /// The remainders of a mesh's positions are not as many as the positions.
+    Remainders {
+        /// The mesh.
+        mesh: usize,
+        /// How many positions the mesh has.
+        positions: usize,
+        /// How many remainders it has.
+        remainders: usize,
+    },
     /// A triangle's number in the source lies outside of its part, or does not lie behind that of the triangle before it.
     SourceNumber {
         /// The mesh.
@@ -105,6 +114,12 @@ impl fmt::Display for GeometryError {
                 write!(
                     f,
                     "mesh {mesh} has {triangles} triangles and {numbers} source numbers; it must have as many, or none"
+                )
+            }
+            GeometryError::Remainders { mesh, positions, remainders } => {
+                write!(
+                    f,
+                    "mesh {mesh} has {positions} positions and {remainders} remainders; it must have as many, or none"
                 )
             }
             GeometryError::SourceNumber { mesh, triangle, number } => write!(
@@ -164,6 +179,10 @@ impl Mesh {
         let most = self.triangles.len().max(self.positions.len());
         if u32::try_from(most).is_err() {
             return Err(GeometryError::TooMany { mesh: number, count: most });
+        }
+        let (positions, remainders) = (self.positions.len(), self.remainders.len());
+        if remainders != 0 && remainders != positions {
+            return Err(GeometryError::Remainders { mesh: number, positions, remainders });
         }
         self.validate_corners(number, exec)?;
         self.validate_parts(number)

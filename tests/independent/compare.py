@@ -116,7 +116,7 @@ class Comparison:
             exact = transform(matrix, right)
             slack = transform(magnitude, size) * F64_SLACK
             self.judge(exact, stored, half_ulp(exact) + slack, 0.0 * exact, cut, rows, where)
-        elif self.stands_in_its_own_space(shown, matrix, magnitude, right, size, stored, cut, rows, where):
+        elif invertible(matrix) and self.stands_in_its_own_space(shown, matrix, magnitude, right, size, stored, cut, rows, where):
             self.judge(right, stored, half_ulp(right) + size * F64_SLACK, 0.0 * right, cut, rows, where)
         else:
             # The file may put the mesh's origin elsewhere: what counts is where its corners come to stand, and how far the
@@ -214,6 +214,10 @@ def reasons(placement, part, rows):
 def transform(matrix, points, w=1.0):
     with np.errstate(invalid="ignore", over="ignore"):
         return points @ matrix[:3, :3].T + matrix[:3, 3] * w
+
+
+def invertible(matrix):
+    return np.linalg.det(matrix[:3, :3]) != 0
 
 
 def place_name(mesh, part, node, copy):

@@ -11,7 +11,7 @@ use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::terminal::Paint;
 use crate::compile;
-use crate::scene::{self, ReadOptions};
+use crate::scene;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -36,6 +36,9 @@ pub struct CheckArgs {
     /// Let the model name buffers outside its own folder
     #[arg(long, requires = "source")]
     allow_outside: bool,
+    /// Read the model as if this glTF extension were not in it; may be given again
+    #[arg(long = "ignore-extension", value_name = "NAME", value_parser = caches::extension_name, requires = "source")]
+    ignore_extensions: Vec<String>,
     /// Take warnings for errors
     #[arg(long)]
     warnings_as_errors: bool,
@@ -127,8 +130,7 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
 
     // Read the model as the file says that it was read, and lay it out as it was built.
     let meta = Head::read(path, &caches::options(context)).ok().and_then(|head| head.meta);
-    let (read, build) = caches::recorded(meta.as_ref());
-    let read = ReadOptions { allow_outside: args.allow_outside, max_memory: context.global.max_memory, ..read };
+    let (read, build) = caches::recorded_with(meta.as_ref(), args.allow_outside, &args.ignore_extensions, context);
     let scene = scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
     // Laying out makes no duplicates.
     caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;

@@ -9,6 +9,7 @@ use crate::cli::Context;
 use crate::cli::exit::{self, Exit};
 use crate::cli::failure::Failure;
 use crate::cli::names;
+use crate::scene::{GLTF_EXTENSIONS, Treatment};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -51,6 +52,7 @@ pub fn blocks() -> Vec<(&'static str, String)> {
     vec![
         ("commands", commands()),
         ("exit-codes", exit::markdown_table()),
+        ("gltf-extensions", gltf_extensions()),
         ("methods", methods()),
         ("options", options()),
         ("presets", presets()),
@@ -84,6 +86,21 @@ fn commands() -> String {
     for command in crate::cli::command().get_subcommands().filter(|c| !c.is_hide_set()) {
         let about = command.get_about().map(ToString::to_string).unwrap_or_default();
         text.push_str(&format!("| `bvhc {}` | {about} |\n", command.get_name()));
+    }
+    text
+}
+
+/// What reading does with a glTF extension that a file requires.
+fn gltf_extensions() -> String {
+    let mut text = String::from("| extension | is | because |\n|---|---|---|\n");
+    for row in GLTF_EXTENSIONS {
+        let treatment = match row.treatment {
+            Treatment::Honoured => "honoured",
+            Treatment::Decoded => "refused where used",
+            Treatment::Refused => "refused",
+            Treatment::Passed => "passed over",
+        };
+        text.push_str(&format!("| `{}` | {treatment} | {} |\n", row.name, row.why));
     }
     text
 }

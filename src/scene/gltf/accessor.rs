@@ -1,9 +1,11 @@
 use super::buffers::Buffers;
-use super::document::{Document, MESHOPT, compressed};
+use super::document::{Accessor, Document};
+use super::extensions::{MESHOPT, compressed};
+use crate::geom::Point;
 use crate::scene::SceneError;
+use crate::scene::error::clipped;
+use crate::scene::pose;
 use crate::scene::source::Source;
-use ::gltf::json::accessor::{ComponentType, Type};
-use ::gltf::json::validation::Checked;
 
 /// Most elements of an accessor that has no data of its own, only zeros and sparse replacements: nothing in the file
 /// bounds its count.
@@ -12,40 +14,93 @@ pub(super) const MAX_ZERO_ELEMENTS: u64 = 1 << 24;
 /// What an accessor's elements must be to be read.
 #[derive(Clone, Copy)]
 pub(super) struct Shape {
-    pub kind: Type,
-    pub components: &'static [ComponentType],
+    kind: Kind,
+    components: &'static [Component],
 }
 
-const I8: ComponentType = ComponentType::I8;
-const U8: ComponentType = ComponentType::U8;
-const I16: ComponentType = ComponentType::I16;
-const U16: ComponentType = ComponentType::U16;
-const U32: ComponentType = ComponentType::U32;
-const F32: ComponentType = ComponentType::F32;
+/// How many numbers an element has.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Scalar,
+    Vec3,
+    Vec4,
+    Mat4,
+}
 
-impl Shape {
-    pub const INDICES: Shape = Shape { kind: Type::Scalar, components: &[U8, U16, U32] };
-    /// With `KHR_mesh_quantization`; read whether or not the file declares it.
-    pub const POSITIONS: Shape = Shape { kind: Type::Vec3, components: &[F32, I8, U8, I16, U16] };
-    pub const TRANSLATION: Shape = Shape { kind: Type::Vec3, components: &[F32] };
-    pub const ROTATION: Shape = Shape { kind: Type::Vec4, components: &[F32, I8, I16] };
+/// How a number is stored.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
 
-    fn width(self) -> usize {
-        match self.kind {
-            Type::Scalar => 1,
-            Type::Vec2 => 2,
-            Type::Vec3 => 3,
-            Type::Vec4 | Type::Mat2 => 4,
-            Type::Mat3 => 9,
-            Type::Mat4 => 16,
+use Component::{F32, I8, I16, U8, U16, U32};
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Kind::Scalar => "SCALAR",
+            Kind::Vec3 => "VEC3",
+            Kind::Vec4 => "VEC4",
+            Kind::Mat4 => "MAT4",
         }
     }
+
+    fn width(self) -> usize {
+        match self {
+            Kind::Scalar => 1,
+            Kind::Vec3 => 3,
+            Kind::Vec4 => 4,
+            Kind::Mat4 => 16,
+        }
+    }
+}
+
+impl Component {
+    /// By the number that stands for it in the file.
+    fn from_code(code: u32) -> Option<Component> {
+        Some(match code {
+            5120 => I8,
+            5121 => U8,
+            5122 => I16,
+            5123 => U16,
+            5125 => U32,
+            5126 => F32,
+            _ => return None,
+        })
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            I8 => "BYTE",
+            U8 => "UNSIGNED_BYTE",
+            I16 => "SHORT",
+            U16 => "UNSIGNED_SHORT",
+            U32 => "UNSIGNED_INT",
+            F32 => "FLOAT",
+        }
+    }
+}
+
+impl Shape {
+    pub const INDICES: Shape = Shape { kind: Kind::Scalar, components: &[U8, U16, U32] };
+    /// With `KHR_mesh_quantization`; read whether or not the file declares it.
+    pub const POSITIONS: Shape = Shape { kind: Kind::Vec3, components: &[F32, I8, U8, I16, U16] };
+    pub const JOINTS: Shape = Shape { kind: Kind::Vec4, components: &[U8, U16] };
+    pub const WEIGHTS: Shape = Shape { kind: Kind::Vec4, components: &[F32, U8, U16] };
+    pub const INVERSE_BIND: Shape = Shape { kind: Kind::Mat4, components: &[F32] };
+    pub const TRANSLATION: Shape = Shape { kind: Kind::Vec3, components: &[F32] };
+    pub const ROTATION: Shape = Shape { kind: Kind::Vec4, components: &[F32, I8, I16] };
 }
 
 /// How one element's numbers are encoded.
 #[derive(Clone, Copy)]
 pub(super) struct Encoding {
-    component: ComponentType,
+    component: Component,
     normalized: bool,
 }
 
@@ -58,19 +113,28 @@ impl Encoding {
         }
     }
 
-    /// Number `i` of an element as a float; integers by the specification's equations (glTF 2.0, 3.11, and
-    /// `KHR_mesh_quantization`). Short bytes, which callers rule out, read as 0.
-    fn float(self, element: &[u8], i: usize) -> f32 {
+    /// Number `i` of an element, as a double since a normalized integer seldom is a float; integers by the specification's equations
+    /// (glTF 2.0, 3.11, and `KHR_mesh_quantization`). Short bytes, which callers rule out, read as 0.
+    fn number(self, element: &[u8], i: usize) -> f64 {
         let bytes = &element[i * self.size()..];
-        let scaled = |value: f32, max: f32| if self.normalized { (value / max).max(-1.0) } else { value };
+        let scaled = |value: f64, max: f64| if self.normalized { (value / max).max(-1.0) } else { value };
         match self.component {
-            F32 => bytes.first_chunk().map_or(0.0, |b| f32::from_le_bytes(*b)),
-            I8 => scaled(f32::from(bytes[0] as i8), 127.0),
-            U8 => scaled(f32::from(bytes[0]), 255.0),
-            I16 => scaled(bytes.first_chunk().map_or(0.0, |b| f32::from(i16::from_le_bytes(*b))), 32767.0),
-            U16 => scaled(bytes.first_chunk().map_or(0.0, |b| f32::from(u16::from_le_bytes(*b))), 65535.0),
-            U32 => bytes.first_chunk().map_or(0.0, |b| u32::from_le_bytes(*b) as f32),
+            F32 => bytes.first_chunk().map_or(0.0, |b| f64::from(f32::from_le_bytes(*b))),
+            I8 => scaled(f64::from(bytes[0] as i8), 127.0),
+            U8 => scaled(f64::from(bytes[0]), 255.0),
+            I16 => scaled(bytes.first_chunk().map_or(0.0, |b| f64::from(i16::from_le_bytes(*b))), 32767.0),
+            U16 => scaled(bytes.first_chunk().map_or(0.0, |b| f64::from(u16::from_le_bytes(*b))), 65535.0),
+            U32 => bytes.first_chunk().map_or(0.0, |b| f64::from(u32::from_le_bytes(*b))),
         }
+    }
+
+    fn numbers<const N: usize>(self, element: &[u8]) -> [f64; N] {
+        std::array::from_fn(|i| self.number(element, i))
+    }
+
+    /// Whether every number that is so encoded is a float.
+    fn is_exact(self) -> bool {
+        self.component == F32 || !self.normalized
     }
 
     fn index(self, element: &[u8]) -> u32 {
@@ -82,18 +146,57 @@ impl Encoding {
     }
 }
 
-/// Read an accessor of floats, `N` to an element. Memory for the result is charged and stays charged.
-pub(super) fn floats<const N: usize>(
+/// Read an accessor of numbers, `N` to an element. Memory for the result is charged and stays charged.
+pub(super) fn numbers<const N: usize>(
     document: &Document,
     index: usize,
     shape: Shape,
     buffers: &mut Buffers,
     source: &mut Source,
-) -> Result<Vec<[f32; N]>, SceneError> {
-    read(document, index, shape, buffers, source, [0.0; N], |encoding, element| {
-        std::array::from_fn(|i| encoding.float(element, i))
-    })
-    .map(|(values, _)| values)
+) -> Result<Vec<[f64; N]>, SceneError> {
+    read(document, index, shape, buffers, source, [0.0; N], Encoding::numbers).map(|(values, _)| values)
+}
+
+/// Read an accessor of positions, rounded to `f32`, and what that leaves off, empty where nothing. Memory is charged and stays charged.
+pub(super) fn positions(
+    document: &Document,
+    index: usize,
+    buffers: &mut Buffers,
+    source: &mut Source,
+) -> Result<(Vec<Point>, Vec<Point>), SceneError> {
+    let shape = Shape::POSITIONS;
+    let rounded = |encoding: Encoding, element: &[u8]| pose::split(encoding.numbers(element)).0;
+    let left_off = |encoding: Encoding, element: &[u8]| pose::split(encoding.numbers(element)).1;
+    let (positions, encoding) = read(document, index, shape, buffers, source, Point::default(), rounded)?;
+    if encoding.is_exact() {
+        return Ok((positions, Vec::new()));
+    }
+    let (remainders, _) = read(document, index, shape, buffers, source, Point::default(), left_off)?;
+    Ok((positions, remainders))
+}
+
+/// Read an accessor of joint numbers, four to an element. Memory for the result is charged and stays charged.
+pub(super) fn joints(
+    document: &Document,
+    index: usize,
+    buffers: &mut Buffers,
+    source: &mut Source,
+) -> Result<Vec<[u32; 4]>, SceneError> {
+    let decode =
+        |encoding: Encoding, element: &[u8]| [0, 1, 2, 3].map(|i| encoding.index(&element[i * encoding.size()..]));
+    read(document, index, Shape::JOINTS, buffers, source, [0; 4], decode).map(|(values, _)| values)
+}
+
+/// Read an accessor of joint weights, four to an element; integers are normalized, which the specification demands of them, whether the
+/// accessor says so or not. Memory for the result is charged and stays charged.
+pub(super) fn weights(
+    document: &Document,
+    index: usize,
+    buffers: &mut Buffers,
+    source: &mut Source,
+) -> Result<Vec<[f64; 4]>, SceneError> {
+    let decode = |encoding: Encoding, element: &[u8]| Encoding { normalized: true, ..encoding }.numbers(element);
+    read(document, index, Shape::WEIGHTS, buffers, source, [0.0; 4], decode).map(|(values, _)| values)
 }
 
 /// Read an accessor of indices, and the value that means "restart" for its type.
@@ -122,7 +225,7 @@ pub(super) fn has_data(document: &Document, index: usize) -> bool {
     document.accessors.get(index).is_some_and(|a| a.buffer_view.is_some() || a.sparse.is_some())
 }
 
-fn get<'d>(document: &'d Document, index: usize, source: &Source) -> Result<&'d ::gltf::json::Accessor, SceneError> {
+fn get<'d>(document: &'d Document, index: usize, source: &Source) -> Result<&'d Accessor, SceneError> {
     document.accessors.get(index).ok_or_else(|| {
         let count = document.accessors.len();
         SceneError::malformed(source.path, format!("it uses accessor {index}, but there are {count}"))
@@ -139,28 +242,30 @@ fn read<T: Clone>(
     decode: impl Fn(Encoding, &[u8]) -> T,
 ) -> Result<(Vec<T>, Encoding), SceneError> {
     let accessor = get(document, index, source)?;
-    let encoding = match (&accessor.type_, &accessor.component_type) {
-        (Checked::Valid(kind), Checked::Valid(component))
-            if *kind == shape.kind && shape.components.contains(&component.0) =>
-        {
-            Encoding { component: component.0, normalized: accessor.normalized }
+    let component = Component::from_code(accessor.component_type.0);
+    let encoding = match component.filter(|c| shape.components.contains(c)) {
+        Some(component) if accessor.kind == shape.kind.name() => {
+            Encoding { component, normalized: accessor.normalized == Some(true) }
         }
-        (kind, component) => {
-            let found = format!("{} of {}", kind_name(kind), component_name(component));
-            let wanted: Vec<_> = shape.components.iter().map(|c| plain_component_name(*c)).collect();
-            let wanted = format!("{} of {}", plain_kind_name(shape.kind), wanted.join(" or "));
-            let reason = format!("accessor {index} holds {found}; its use here needs {wanted}");
+        _ => {
+            let found = component.map_or("an unknown component type", Component::name);
+            let wanted: Vec<_> = shape.components.iter().map(|c| c.name()).collect();
+            let (kind, wanted) = (clipped(&accessor.kind), wanted.join(" or "));
+            let reason = format!(
+                "accessor {index} holds {kind} of {found}; its use here needs {} of {wanted}",
+                shape.kind.name()
+            );
             return Err(SceneError::malformed(source.path, reason));
         }
     };
-    let (count, size) = (accessor.count.0, encoding.size() * shape.width());
+    let (count, size) = (accessor.count.0, encoding.size() * shape.kind.width());
 
     // Take the elements from the view, or start from zeros.
-    let mut values = match &accessor.buffer_view {
+    let mut values = match accessor.buffer_view {
         Some(view) => {
             let offset = accessor.byte_offset.map_or(0, |o| o.0);
             let what = format!("accessor {index}");
-            let elements = Elements::new(document, view.value(), offset, count, size, true, &what, buffers, source)?;
+            let elements = Elements::new(document, view.0 as usize, offset, count, size, true, &what, buffers, source)?;
             source.charge(count.saturating_mul(size_of::<T>() as u64), &what)?;
             elements.iter().map(|element| decode(encoding, element)).collect::<Vec<T>>()
         }
@@ -184,21 +289,19 @@ fn read<T: Clone>(
             let reason = format!("accessor {index} replaces {} elements, but has {count}", sparse.count.0);
             return Err(SceneError::malformed(source.path, reason));
         }
-        let component = match &sparse.indices.component_type {
-            Checked::Valid(c) if Shape::INDICES.components.contains(&c.0) => c.0,
-            _ => {
-                let reason = format!("the sparse indices of accessor {index} are not unsigned integers");
-                return Err(SceneError::malformed(source.path, reason));
-            }
+        let component = Component::from_code(sparse.indices.component_type.0);
+        let Some(component) = component.filter(|c| Shape::INDICES.components.contains(c)) else {
+            let reason = format!("the sparse indices of accessor {index} are not unsigned integers");
+            return Err(SceneError::malformed(source.path, reason));
         };
         let places = Encoding { component, normalized: false };
         let what = format!("the sparse indices of accessor {index}");
-        let (view, offset) = (sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0);
+        let (view, offset) = (sparse.indices.buffer_view.0 as usize, sparse.indices.byte_offset.map_or(0, |o| o.0));
         let elements =
             Elements::new(document, view, offset, sparse.count.0, places.size(), false, &what, buffers, source)?;
         let places: Vec<u32> = elements.iter().map(|e| places.index(e)).collect();
         let what = format!("the sparse values of accessor {index}");
-        let (view, offset) = (sparse.values.buffer_view.value(), sparse.values.byte_offset.0);
+        let (view, offset) = (sparse.values.buffer_view.0 as usize, sparse.values.byte_offset.map_or(0, |o| o.0));
         let elements = Elements::new(document, view, offset, sparse.count.0, size, false, &what, buffers, source)?;
         for (place, element) in places.into_iter().zip(elements.iter()) {
             let Some(value) = values.get_mut(place as usize) else {
@@ -233,14 +336,14 @@ impl<'b> Elements<'b> {
         source: &mut Source,
     ) -> Result<Elements<'b>, SceneError> {
         if let Some(json) = document.buffer_views.get(view) {
-            let mut names = json.extensions.iter().flat_map(|e| e.others.keys());
+            let mut names = json.extensions.iter().flat_map(|e| e.keys());
             let packed = names.find(|n| MESHOPT.contains(&n.as_str()));
-            if let Some(extension) = packed.filter(|e| document.requires(e)) {
+            if let Some(extension) = packed.filter(|e| document.requires(e) && !source.options.ignores(e)) {
                 return Err(compressed(extension, source));
             }
         }
         let stride = match document.buffer_views.get(view).and_then(|v| v.byte_stride) {
-            Some(stride) if may_stride && stride.0 != 0 => stride.0,
+            Some(stride) if may_stride && stride.0 != 0 => usize::try_from(stride.0).unwrap_or(usize::MAX),
             _ => size,
         };
         if stride < size {
@@ -270,42 +373,5 @@ impl<'b> Elements<'b> {
     fn iter(&self) -> impl Iterator<Item = &'b [u8]> {
         let Elements { bytes, count, stride, size } = *self;
         (0..count).map(move |i| &bytes[i * stride..i * stride + size])
-    }
-}
-
-fn kind_name(kind: &Checked<Type>) -> &'static str {
-    match kind {
-        Checked::Valid(kind) => plain_kind_name(*kind),
-        Checked::Invalid => "an unknown type",
-    }
-}
-
-fn plain_kind_name(kind: Type) -> &'static str {
-    match kind {
-        Type::Scalar => "SCALAR",
-        Type::Vec2 => "VEC2",
-        Type::Vec3 => "VEC3",
-        Type::Vec4 => "VEC4",
-        Type::Mat2 => "MAT2",
-        Type::Mat3 => "MAT3",
-        Type::Mat4 => "MAT4",
-    }
-}
-
-fn component_name(component: &Checked<::gltf::json::accessor::GenericComponentType>) -> &'static str {
-    match component {
-        Checked::Valid(component) => plain_component_name(component.0),
-        Checked::Invalid => "an unknown component type",
-    }
-}
-
-fn plain_component_name(component: ComponentType) -> &'static str {
-    match component {
-        I8 => "BYTE",
-        U8 => "UNSIGNED_BYTE",
-        I16 => "SHORT",
-        U16 => "UNSIGNED_SHORT",
-        U32 => "UNSIGNED_INT",
-        F32 => "FLOAT",
     }
 }

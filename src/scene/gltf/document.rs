@@ -1,10 +1,16 @@
+use super::extensions;
+use super::whole::{Index, Whole};
 use crate::scene::SceneError;
 use crate::scene::source::Source;
-use ::gltf::json::{Accessor, Buffer, Mesh, Node, buffer::View};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use serde_json::value::RawValue;
+use std::collections::BTreeMap;
 
-/// The part of a glTF file that says where triangles are. Materials, images, cameras, skins and animations are skipped
-/// unread.
-#[derive(serde::Deserialize)]
+/// The part of a glTF file that says where triangles are; images, cameras and the like are skipped unread.
+///
+/// JSON numbers are doubles and are read as such.
+#[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Document {
     #[serde(default)]
@@ -21,14 +27,140 @@ pub(super) struct Document {
     pub nodes: Vec<Node>,
     #[serde(default)]
     pub scenes: Vec<SceneRoots>,
-    pub scene: Option<u32>,
+    pub scene: Option<Index>,
+    /// Kept as text until a node uses one: a broken skin that nothing shows does no harm.
+    #[serde(default)]
+    skins: Vec<Box<RawValue>>,
+    /// The name of each material, empty where it has none.
+    #[serde(skip)]
+    pub material_names: Vec<String>,
+    /// How many animations (clips) the file has.
+    #[serde(skip)]
+    pub animation_count: u64,
+    /// Extensions that may place geometry, that the file uses, and that are not honoured: because the caller said so, or because the file
+    /// allows it.
+    #[serde(skip)]
+    pub ignored_extensions: Vec<String>,
 }
 
-/// A glTF scene; unlike the `gltf` crate's, it may leave out its list of nodes, as the specification allows.
-#[derive(serde::Deserialize)]
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Accessor {
+    pub buffer_view: Option<Index>,
+    pub byte_offset: Option<Whole<u64>>,
+    pub component_type: Index,
+    pub normalized: Option<bool>,
+    pub count: Whole<u64>,
+    #[serde(rename = "type")]
+    pub kind: String,
+    pub sparse: Option<Sparse>,
+}
+
+/// Elements that replace some of an accessor's.
+#[derive(Deserialize)]
+pub(super) struct Sparse {
+    pub count: Whole<u64>,
+    pub indices: SparseIndices,
+    pub values: SparseValues,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseIndices {
+    pub buffer_view: Index,
+    pub byte_offset: Option<Whole<u64>>,
+    pub component_type: Index,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseValues {
+    pub buffer_view: Index,
+    pub byte_offset: Option<Whole<u64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer {
+    pub byte_length: Whole<u64>,
+    pub uri: Option<String>,
+    pub extensions: Option<ExtensionNames>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct View {
+    pub buffer: Index,
+    pub byte_offset: Option<Whole<u64>>,
+    pub byte_length: Whole<u64>,
+    pub byte_stride: Option<Whole<u64>>,
+    pub extensions: Option<ExtensionNames>,
+}
+
+/// The extensions of an object of which only the names matter.
+pub(super) type ExtensionNames = BTreeMap<String, IgnoredAny>;
+
+/// A glTF scene.
+#[derive(Deserialize)]
 pub(super) struct SceneRoots {
     #[serde(default)]
-    pub nodes: Vec<u32>,
+    pub nodes: Vec<Index>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Node {
+    pub name: Option<String>,
+    pub children: Option<Vec<Index>>,
+    pub mesh: Option<Index>,
+    pub skin: Option<Index>,
+    pub matrix: Option<Box<[f64; 16]>>,
+    pub translation: Option<[f64; 3]>,
+    pub rotation: Option<[f64; 4]>,
+    pub scale: Option<[f64; 3]>,
+    /// Of the mesh's morph targets; they go before the mesh's own weights.
+    pub weights: Option<Vec<f64>>,
+    pub extensions: Option<NodeExtensions>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<serde_json::Value>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub visibility: Option<Visibility>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Visibility {
+    pub visible: Option<bool>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Mesh {
+    pub name: Option<String>,
+    pub primitives: Vec<Primitive>,
+    /// Of the morph targets, where a node has none of its own.
+    pub weights: Option<Vec<f64>>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Primitive {
+    /// Accessors by the names of vertex attributes.
+    pub attributes: BTreeMap<String, Index>,
+    pub indices: Option<Index>,
+    pub material: Option<Index>,
+    pub mode: Option<Index>,
+    /// Accessors of displacements, by the names of the attributes that each morph target moves.
+    pub targets: Option<Vec<BTreeMap<String, Index>>>,
+    extensions: Option<ExtensionNames>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    pub inverse_bind_matrices: Option<Index>,
+    #[serde(default)]
+    pub joints: Vec<Index>,
 }
 
 /// What an object of the JSON takes in memory at most, its list's spare room included, and what any other value does. The
@@ -41,42 +173,103 @@ impl Document {
         let count = |byte: u8| json.iter().filter(|b| **b == byte).count() as u64;
         let structures = count(b'{') * BYTES_PER_OBJECT + (count(b',') + count(b'[')) * BYTES_PER_VALUE;
         source.charge(json.len() as u64 + structures, "its JSON")?;
-        check_version(json, source)?;
-        let document: Document = serde_json::from_slice(json).map_err(|e| json_error(&e, source))?;
-        for extension in &document.extensions_required {
-            if !is_known(extension) {
-                return Err(SceneError::UnsupportedExtension {
-                    path: source.path.to_owned(),
-                    extension: extension.clone(),
-                    advice: "export the model without it; whether it changes geometry is not known here",
-                });
-            }
+        let looks_like_json = json.trim_ascii_start().first().is_none_or(|&b| b == b'{');
+        if !looks_like_json {
+            return Err(SceneError::malformed(source.path, "its text does not begin with a JSON object"));
         }
+
+        // Check the version first: a glTF 1.0 file has other structures, and should not fail on one of them.
+        let head = last_of_equal_keys(json, Head::read).map_err(|e| json_error(&e, source))?;
+        check_version(head.asset, source)?;
+        let read = |json: &[u8]| serde_json::from_slice::<Document>(json);
+        let mut document = last_of_equal_keys(json, read).map_err(|e| json_error(&e, source))?;
+        document.material_names = head.material_names;
+        document.animation_count = head.animation_count;
+        document.ignored_extensions = extensions::admit(&document.extensions_required, head.extensions_used, source)?;
         Ok(document)
     }
 
     pub fn requires(&self, extension: &str) -> bool {
         self.extensions_required.iter().any(|e| e == extension)
     }
+
+    pub fn skin(&self, index: u32, source: &Source) -> Result<Skin, SceneError> {
+        let Some(text) = self.skins.get(index as usize) else {
+            let reason = format!("it uses skin {index}, but there are {}", self.skins.len());
+            return Err(SceneError::malformed(source.path, reason));
+        };
+        let read = |json: &[u8]| serde_json::from_slice::<Skin>(json);
+        last_of_equal_keys(text.get().as_bytes(), read).map_err(|e| {
+            SceneError::malformed(source.path, format!("skin {index} is not that of a glTF file: {}", what(&e)))
+        })
+    }
 }
 
-/// Read the version alone first: a glTF 1.0 file has other structures, and should not fail on one of them.
-fn check_version(json: &[u8], source: &Source) -> Result<(), SceneError> {
-    #[derive(serde::Deserialize)]
-    struct Head {
-        asset: Option<Version>,
+impl Primitive {
+    pub fn attribute(&self, name: &str) -> Option<usize> {
+        self.attributes.get(name).map(|a| a.0 as usize)
     }
-    #[derive(serde::Deserialize)]
-    #[serde(rename_all = "camelCase")]
-    struct Version {
-        version: Option<serde_json::Value>,
-        min_version: Option<serde_json::Value>,
+
+    pub fn has_extension(&self, name: &str) -> bool {
+        self.extensions.as_ref().is_some_and(|e| e.contains_key(name))
     }
-    if json.trim_ascii_start().first().is_some_and(|&b| b != b'{') {
-        return Err(SceneError::malformed(source.path, "its text does not begin with a JSON object"));
+}
+
+/// What is read before all else, or only as far as it can be read: a broken material says nothing about triangles.
+struct Head {
+    asset: Option<Asset>,
+    material_names: Vec<String>,
+    animation_count: u64,
+    extensions_used: Vec<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Asset {
+    version: Option<serde_json::Value>,
+    min_version: Option<serde_json::Value>,
+}
+
+#[derive(Default, Deserialize)]
+struct Named {
+    #[serde(default)]
+    name: String,
+}
+
+impl Head {
+    fn read(json: &[u8]) -> Result<Head, serde_json::Error> {
+        #[derive(Deserialize)]
+        #[serde(rename_all = "camelCase")]
+        struct Lists<'j> {
+            asset: Option<Asset>,
+            #[serde(borrow)]
+            materials: Option<&'j RawValue>,
+            #[serde(borrow)]
+            animations: Option<&'j RawValue>,
+            #[serde(borrow)]
+            extensions_used: Option<&'j RawValue>,
+        }
+        let lists: Lists = serde_json::from_slice(json)?;
+        Ok(Head {
+            asset: lists.asset,
+            material_names: elements(lists.materials).map(|m| read_or_default::<Named>(m).name).collect(),
+            animation_count: elements(lists.animations).count() as u64,
+            extensions_used: elements(lists.extensions_used).map(read_or_default).collect(),
+        })
     }
-    let head: Head = serde_json::from_slice(json).map_err(|e| json_error(&e, source))?;
-    let Some(asset) = head.asset else {
+}
+
+/// The elements of a list, none where it is no list.
+fn elements(list: Option<&RawValue>) -> impl Iterator<Item = &RawValue> {
+    list.and_then(|l| serde_json::from_str::<Vec<&RawValue>>(l.get()).ok()).unwrap_or_default().into_iter()
+}
+
+fn read_or_default<'j, T: Deserialize<'j> + Default>(value: &'j RawValue) -> T {
+    serde_json::from_str(value.get()).unwrap_or_default()
+}
+
+fn check_version(asset: Option<Asset>, source: &Source) -> Result<(), SceneError> {
+    let Some(asset) = asset else {
         return Err(SceneError::malformed(source.path, "it has no 'asset' object; every glTF file needs one"));
     };
     let as_text = |v: serde_json::Value| v.as_str().map_or_else(|| v.to_string(), str::to_owned);
@@ -96,65 +289,49 @@ fn check_version(json: &[u8], source: &Source) -> Result<(), SceneError> {
     }
 }
 
+/// Read a text in which a key may stand in one object more than once: the last one counts (glTF 2.0, 2.7). Such a text is rare, and seldom
+/// can be read at once: what cannot is written anew with each key once, and read again.
+fn last_of_equal_keys<T>(
+    json: &[u8],
+    read: impl Fn(&[u8]) -> Result<T, serde_json::Error>,
+) -> Result<T, serde_json::Error> {
+    read(json).or_else(|error| {
+        let value = serde_json::from_slice::<serde_json::Value>(json);
+        let unique = value.and_then(|value| serde_json::to_vec(&value));
+        unique.and_then(|json| read(&json)).map_err(|_| error)
+    })
+}
+
 fn json_error(error: &serde_json::Error, source: &Source) -> SceneError {
-    let text = error.to_string();
-    let reason = text.split(" at line ").next().unwrap_or_default();
-    let reason = format!("its JSON is not that of a glTF file: {reason}");
+    let reason = format!("its JSON is not that of a glTF file: {}", what(error));
     match error.line() {
         0 => SceneError::malformed(source.path, reason),
         line => SceneError::malformed_line(source.path, line as u64, format!("{reason} (column {})", error.column())),
     }
 }
 
-/// Required extensions that are read, that fail later where they are used, or that say nothing about where triangles are.
-fn is_known(extension: &str) -> bool {
-    const READ: [&str; 2] = ["KHR_mesh_quantization", "EXT_mesh_gpu_instancing"];
-    const COMPRESSION: [&str; 3] = [DRACO, MESHOPT[0], MESHOPT[1]];
-    const NO_GEOMETRY: [&str; 12] = [
-        "ADOBE_materials_thin_transparency",
-        "AGI_articulations",
-        "CESIUM_RTC",
-        "CESIUM_primitive_outline",
-        "EXT_feature_metadata",
-        "EXT_instance_features",
-        "EXT_mesh_features",
-        "EXT_structural_metadata",
-        "KHR_animation_pointer",
-        "KHR_techniques_webgl",
-        "KHR_xmp",
-        "KHR_xmp_json_ld",
-    ];
-    const NO_GEOMETRY_PREFIXES: [&str; 9] = [
-        "KHR_materials_",
-        "EXT_materials_",
-        "MSFT_packing_",
-        "KHR_texture_",
-        "EXT_texture_",
-        "MSFT_texture_",
-        "KHR_lights_",
-        "EXT_lights_",
-        "EXT_image_",
-    ];
-    READ.contains(&extension)
-        || COMPRESSION.contains(&extension)
-        || NO_GEOMETRY.contains(&extension)
-        || NO_GEOMETRY_PREFIXES.iter().any(|p| extension.starts_with(p))
-}
-
-pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
-pub(super) const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
-
-/// The refusal of a compressed part, with the way out.
-pub(super) fn compressed(extension: &str, source: &Source) -> SceneError {
-    SceneError::UnsupportedExtension {
-        path: source.path.to_owned(),
-        extension: extension.to_owned(),
-        advice: "decode the model once, for example with: npx @gltf-transform/cli cp in.glb out.glb",
+/// What an error says, without its place and without most of a text that it cites: that may be a whole embedded buffer.
+fn what(error: &serde_json::Error) -> String {
+    const MOST: usize = 160;
+    let text = error.to_string();
+    let text = text.rsplit_once(" at line ").map_or(text.as_str(), |(what, _)| what);
+    let is_payload = |text: &str| text.to_ascii_lowercase().contains("\"data:");
+    match (text.split_once('"'), text.rsplit_once('"')) {
+        (Some((before, _)), Some((_, after))) if text.len() > MOST || is_payload(text) => {
+            format!("{before}\"…\"{after}")
+        }
+        _ => text.chars().take(MOST).collect(),
     }
 }
 
-#[test]
-fn no_structure_is_larger_than_is_charged_for_it() {
-    let largest = [size_of::<Node>(), size_of::<Accessor>(), size_of::<Mesh>(), size_of::<View>(), size_of::<Buffer>()];
-    assert!(largest.into_iter().all(|size| 2 * size as u64 <= BYTES_PER_OBJECT), "{largest:?}");
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_structure_is_larger_than_is_charged_for_it() {
+        let shown = [size_of::<Node>(), size_of::<Mesh>(), size_of::<Primitive>()];
+        let stored = [size_of::<Accessor>(), size_of::<View>(), size_of::<Buffer>()];
+        assert!(shown.iter().chain(&stored).all(|size| 2 * *size as u64 <= BYTES_PER_OBJECT), "{shown:?} {stored:?}");
+    }
 }

@@ -1,45 +1,119 @@
 //! glTF 2.0: `.gltf` with embedded or external buffers, and `.glb`.
 //!
-//! The JSON's structures come from the `gltf` crate; it is not asked to import or to validate, because its checks refuse
-//! quantized positions and its readers trust what they skip. Every index, offset and count is checked here where it is used,
-//! and only what the chosen scene shows is read: a broken material, texture or animation does not matter.
+//! The structures are our own (`document`): those of the crates that read glTF round node transforms to `f32`, refuse whole numbers
+//! that are written as `1.0`, or refuse quantized positions. Every index, offset and count is checked here where it is used, and only
+//! what the chosen scene shows is read: a broken material, texture or animation does not matter.
 //!
 //! ```text
-//! container ─▶ document ─▶ nodes: instances ─▶ primitive: meshes ◀─ accessor ◀─ buffers: GLB chunk, data URI, file
+//! container ─▶ document ─▶ nodes: what is shown ─▶ pose: at rest ─▶ primitive: meshes ◀─ vertices ◀─ accessor ◀─ buffers ◀─ reference
 //! ```
 //!
-//! Skinned and morphed meshes are read as they stand in the file: bind pose, no morph target applied, placed by their node.
+//! Everything stands at rest: nodes by their own transforms, skinned meshes by their joints, morph targets by the weights of node or mesh. No
+//! animation is played.
 
 mod accessor;
 mod buffers;
 mod container;
+mod data_uri;
 mod document;
+mod extensions;
+mod instancing;
 mod nodes;
+mod pose;
 mod primitive;
+mod reference;
+mod skin;
+mod vertices;
+mod whole;
+
+pub use extensions::{EXTENSIONS, Extension, Treatment, extension};
 
 use super::source::Source;
-use super::{Mesh, Scene, SceneError};
+use super::{Instance, Scene, SceneError};
+use crate::geom::Affine;
 use buffers::Buffers;
 use document::Document;
+use nodes::Shown;
+use pose::{Pose, Stage};
+use std::collections::BTreeMap;
 
 pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneError> {
     let (json, binary) = container::split(&bytes, source.path)?;
     let document = Document::parse(json, source)?;
     let mut buffers = Buffers::new(&document, binary);
-    let mut scene = Scene { instances: nodes::instances(&document, &mut buffers, source)?, ..Scene::default() };
+    let mut scene = Scene::default();
+    scene.report.unplayed_animations = document.animation_count;
+    scene.report.ignored_extensions.clone_from(&document.ignored_extensions);
+    let mut layout = nodes::layout(&document, source)?;
+    scene.report.hidden_nodes = layout.hidden;
+    let stage = Stage::at_rest(&document, &mut layout, &mut buffers, source)?;
 
-    // Read each mesh that an instance shows, in file order, and let the instances name it by its new number.
-    let mut new_number = vec![None; document.meshes.len()];
-    scene.instances.iter().for_each(|i| new_number[i.mesh as usize] = Some(0));
-    for (index, number) in new_number.iter_mut().enumerate().filter(|(_, n)| n.is_some()) {
-        *number = Some(scene.meshes.len() as u32);
-        let mesh: Mesh = primitive::mesh(&document, index, &mut buffers, source, &mut scene.report)?;
+    // Give each pose of each mesh a number, in the order in which they are shown, and place its instances.
+    let mut numbers: BTreeMap<(u32, Pose), u32> = BTreeMap::new();
+    let mut poses: Vec<(u32, Pose)> = Vec::new();
+    for shown in &layout.shown {
+        let posed = (shown.mesh, stage.pose(&document, shown, &mut scene.report));
+        let number = *numbers.entry(posed.clone()).or_insert(poses.len() as u32);
+        if number as usize == poses.len() {
+            poses.push(posed);
+        }
+        let is_skinned = poses[number as usize].1.skin.is_some();
+        place(&document, shown, number, is_skinned, &stage, &mut buffers, source, &mut scene)?;
+    }
+
+    // Read them in the order of the file's meshes, and let the instances name them by their new numbers.
+    let mut order: Vec<u32> = (0..poses.len() as u32).collect();
+    order.sort_by_key(|number| poses[*number as usize].0);
+    let mut read: Vec<(u32, Option<Affine>)> = vec![(0, None); poses.len()];
+    for number in order {
+        let (index, pose) = &poses[number as usize];
+        let (mesh, transform) =
+            primitive::mesh(&document, *index as usize, (pose, &stage), &mut buffers, source, &mut scene.report)?;
+        read[number as usize] = (scene.meshes.len() as u32, transform);
         scene.meshes.push(mesh);
     }
     for instance in &mut scene.instances {
-        instance.mesh = new_number[instance.mesh as usize].unwrap_or(0);
+        let (mesh, transform) = read[instance.mesh as usize];
+        instance.mesh = mesh;
+        instance.transform = transform.unwrap_or(instance.transform);
     }
     Ok(scene)
+}
+
+/// Add the instances of a node's mesh: one, or one for each element of `EXT_mesh_gpu_instancing`. That extension says nothing on skins:
+/// a skinned mesh stands once, where its joints put it, and is counted.
+#[allow(clippy::too_many_arguments)] // what is shown, where, and by whom
+fn place(
+    document: &Document,
+    shown: &Shown,
+    number: u32,
+    is_skinned: bool,
+    stage: &Stage,
+    buffers: &mut Buffers,
+    source: &mut Source,
+    scene: &mut Scene,
+) -> Result<(), SceneError> {
+    let node = &document.nodes[shown.node as usize];
+    let before = source.available();
+    let places = if is_skinned {
+        scene.report.uninstanced_skins += u64::from(instancing::is_instanced(node, source));
+        None
+    } else {
+        instancing::places(document, node, shown.node, buffers, source)?
+    };
+    let places_bytes = before - source.available();
+    let places = places.unwrap_or_else(|| vec![Affine::IDENTITY]);
+    let name = node.name.clone().unwrap_or_default();
+    source.charge((places.len() * (size_of::<Instance>() + name.len())) as u64, "the instances")?;
+    let to_world = stage.to_world[shown.node as usize];
+    scene.instances.extend(places.iter().map(|place| Instance {
+        mesh: number,
+        transform: to_world.then_inner(place),
+        node: shown.node,
+        name: name.clone(),
+    }));
+    source.release(places_bytes);
+    Ok(())
 }
 
 #[cfg(test)]

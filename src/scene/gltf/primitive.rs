@@ -1,64 +1,70 @@
-use super::accessor::{self, Shape};
+use super::accessor;
 use super::buffers::Buffers;
-use super::document::{DRACO, Document, compressed};
+use super::document::{Document, Primitive};
+use super::extensions::{DRACO, compressed};
+use super::pose::{Pose, Stage};
+use super::vertices::Attributes;
+use crate::geom::{Affine, Point};
+use crate::scene::pose::{Place, Rounded, split_all};
 use crate::scene::source::Source;
 use crate::scene::{Mesh, Part, ReadReport, SceneError};
-use ::gltf::json::mesh::{Mode, Primitive, Semantic};
-use ::gltf::json::validation::Checked;
 use std::collections::BTreeMap;
 
-/// Read one glTF mesh: its triangle primitives, one [`Part`] each. Primitives that share an accessor share its positions.
+const TRIANGLES: u32 = 4;
+const TRIANGLE_STRIP: u32 = 5;
+const TRIANGLE_FAN: u32 = 6;
+
+/// The accessor of a primitive's positions, if it has such and is a surface.
+pub(super) fn surface_positions(primitive: &Primitive) -> Option<usize> {
+    let is_surface = (TRIANGLES..=TRIANGLE_FAN).contains(&mode(primitive));
+    primitive.attribute("POSITION").filter(|_| is_surface)
+}
+
+fn mode(primitive: &Primitive) -> u32 {
+    primitive.mode.map_or(TRIANGLES, |mode| mode.0)
+}
+
+/// Read one glTF mesh in one pose: its triangle primitives, one [`Part`] each. Primitives whose vertices are equal share them.
+///
+/// The transform is that of the mesh's instances, where the pose decides it and not the node: a skinned mesh stands in world space.
 pub(super) fn mesh(
     document: &Document,
     index: usize,
+    (pose, stage): (&Pose, &Stage),
     buffers: &mut Buffers,
     source: &mut Source,
     report: &mut ReadReport,
-) -> Result<Mesh, SceneError> {
+) -> Result<(Mesh, Option<Affine>), SceneError> {
     let json = &document.meshes[index];
     let mut mesh = Mesh { name: json.name.clone().unwrap_or_default(), ..Mesh::default() };
-    let mut first_position = BTreeMap::new();
+    let mut points = Points::new(pose, stage);
     for (number, primitive) in json.primitives.iter().enumerate() {
-        let place = |what: String| format!("primitive {number} of mesh {index} {what}");
-        let mode = match primitive.mode {
-            Checked::Valid(mode) => mode,
-            Checked::Invalid => {
-                return Err(SceneError::malformed(source.path, place("has a mode that glTF does not know".into())));
-            }
-        };
-        let is_surface = matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan);
-        let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).map(|a| a.value());
-        check_compression(document, primitive, positions, source)?;
-        let Some(positions) = positions.filter(|_| is_surface) else {
+        let place = format!("primitive {number} of mesh {index}");
+        let mode = mode(primitive);
+        if mode > TRIANGLE_FAN {
+            return Err(SceneError::malformed(source.path, format!("{place} has a mode that glTF does not know")));
+        }
+        check_compression(document, primitive, source)?;
+        let Some(positions) = surface_positions(primitive) else {
             report.skipped_primitives += 1;
             continue;
         };
-
-        // Take the positions once for each accessor.
-        let (base, count) = match first_position.get(&positions) {
+        let attributes = Attributes::new(primitive, positions, &points.weights, pose.skin.is_some());
+        let (base, count) = match points.runs.get(&attributes) {
             Some(&run) => run,
-            None => {
-                let read = accessor::floats(document, positions, Shape::POSITIONS, buffers, source)?;
-                let run = (mesh.positions.len() as u64, read.len() as u64);
-                check_count(run.0 + run.1, "positions", index, source)?;
-                match run.0 {
-                    0 => mesh.positions = read,
-                    _ => mesh.positions.extend(read),
-                }
-                *first_position.entry(positions).or_insert(run)
-            }
+            None => points.read(document, index, attributes, &place, buffers, source, report)?,
         };
 
         // Connect them. Indices are needed only here.
         let (indices, restart) = match primitive.indices {
-            Some(indices) => accessor::indices(document, indices.value(), buffers, source)?,
+            Some(indices) => accessor::indices(document, indices.0 as usize, buffers, source)?,
             None => {
                 source.charge(count * 4, "the indices")?;
                 ((0..count as u32).collect(), u32::MAX)
             }
         };
         let corners = indices.len() as u64;
-        let most = if mode == Mode::Triangles { corners / 3 } else { corners.saturating_sub(2) };
+        let most = if mode == TRIANGLES { corners / 3 } else { corners.saturating_sub(2) };
         let before = mesh.triangles.len();
         check_count(before as u64 + most, "triangles", index, source)?;
         source.charge(most * size_of::<[u32; 3]>() as u64, "the triangles")?;
@@ -67,14 +73,17 @@ pub(super) fn mesh(
         source.release(corners * 4);
         let triangles = &mut mesh.triangles[before..];
         if let Some(bad) = triangles.iter().flatten().find(|v| u64::from(**v) >= count) {
-            return Err(SceneError::malformed(source.path, place(format!("uses vertex {bad}, but has {count}"))));
+            return Err(SceneError::malformed(source.path, format!("{place} uses vertex {bad}, but has {count}")));
         }
         triangles.iter_mut().flatten().for_each(|v| *v += base as u32);
         let (first, count) = (before as u32, triangles.len() as u32);
         if count > 0 {
+            let material = primitive.material.and_then(|m| document.material_names.get(m.0 as usize));
+            let material = material.cloned().unwrap_or_default();
+            source.charge((mesh.name.len() + material.len()) as u64, "the names of its parts")?;
             mesh.parts.push(Part {
-                name: String::new(),
-                material: String::new(),
+                name: mesh.name.clone(),
+                material,
                 source_mesh: index as u32,
                 source_part: number as u32,
                 baked_node: None,
@@ -85,7 +94,100 @@ pub(super) fn mesh(
             });
         }
     }
-    Ok(mesh)
+    let transform = points.finish(&mut mesh, source)?;
+    Ok((mesh, transform))
+}
+
+/// The positions of a mesh's primitives, one run behind the other.
+struct Points<'s> {
+    weights: Vec<f64>,
+    is_plain: bool,
+    place: Place<'s>,
+    /// The first position and the number of them, for each set of accessors that was read.
+    runs: BTreeMap<Attributes, (u64, u64)>,
+    /// As they stand in the file.
+    plain: (Vec<Point>, Vec<Point>),
+    posed: Vec<[f64; 3]>,
+}
+
+impl<'s> Points<'s> {
+    fn new(pose: &Pose, stage: &'s Stage) -> Points<'s> {
+        Points {
+            weights: pose.weights(),
+            is_plain: pose.is_plain(),
+            place: stage.place(pose),
+            runs: BTreeMap::new(),
+            plain: (Vec::new(), Vec::new()),
+            posed: Vec::new(),
+        }
+    }
+
+    /// Read one more run.
+    #[allow(clippy::too_many_arguments)] // what to read, from where, and who asks
+    fn read(
+        &mut self,
+        document: &Document,
+        mesh: usize,
+        attributes: Attributes,
+        place: &str,
+        buffers: &mut Buffers,
+        source: &mut Source,
+        report: &mut ReadReport,
+    ) -> Result<(u64, u64), SceneError> {
+        let (first, count) = if self.is_plain {
+            let (positions, remainders) = accessor::positions(document, attributes.positions, buffers, source)?;
+            let (first, count) = (self.plain.0.len(), positions.len());
+            append(&mut self.plain.0, positions);
+            if !remainders.is_empty() || !self.plain.1.is_empty() {
+                self.plain.1.resize(first, Point::default());
+                self.plain.1.extend(remainders);
+                self.plain.1.resize(first + count, Point::default());
+            }
+            (first, count)
+        } else {
+            let before = source.available();
+            let joints = match self.place {
+                Place::Mesh => 0,
+                Place::World { joints, .. } => joints.len(),
+            };
+            let vertices = attributes.read(document, joints, place, buffers, source)?;
+            let read = before - source.available();
+            report.unweighted_vertices += vertices.influences.as_ref().map_or(0, |i| i.unweighted);
+            let (first, count) = (self.posed.len(), vertices.positions.len());
+            source.charge((count * size_of::<[f64; 3]>()) as u64, "the posed positions")?;
+            append(&mut self.posed, vertices.posed(&self.weights, self.place));
+            drop(vertices);
+            source.release(read);
+            (first, count)
+        };
+        check_count((first + count) as u64, "positions", mesh, source)?;
+        let run = (first as u64, count as u64);
+        self.runs.insert(attributes, run);
+        Ok(run)
+    }
+
+    /// Hand the positions to their mesh; the transform is that of its instances, where the pose decides it.
+    fn finish(self, mesh: &mut Mesh, source: &mut Source) -> Result<Option<Affine>, SceneError> {
+        if self.is_plain {
+            (mesh.positions, mesh.remainders) = self.plain;
+            return Ok(None);
+        }
+        let posed = (self.posed.len() * size_of::<[f64; 3]>()) as u64;
+        source.charge(posed, "the posed positions")?;
+        source.release(posed);
+        let Place::World { .. } = self.place else {
+            (mesh.positions, mesh.remainders) = split_all(&self.posed);
+            return Ok(None);
+        };
+        let rounded = Rounded::new(self.posed);
+        (mesh.positions, mesh.remainders) = (rounded.positions, rounded.remainders);
+        Ok(Some(rounded.transform))
+    }
+}
+
+/// Move `more` behind `all`, without a copy where it is the first.
+fn append<T>(all: &mut Vec<T>, more: Vec<T>) {
+    if all.is_empty() { *all = more } else { all.extend(more) }
 }
 
 /// Triangles and positions are numbered in 32 bits.
@@ -99,32 +201,34 @@ fn check_count(count: u64, of: &str, mesh: usize, source: &Source) -> Result<(),
 
 /// Refuse a primitive whose data only a Draco decoder can give. Where the file keeps plain data beside the compressed, and
 /// so does not require the extension, the plain data are read.
-fn check_compression(
-    document: &Document,
-    primitive: &Primitive,
-    positions: Option<usize>,
-    source: &Source,
-) -> Result<(), SceneError> {
-    let is_draco = primitive.extensions.as_ref().is_some_and(|e| e.others.contains_key(DRACO));
-    let has_data = |accessor| accessor::has_data(document, accessor);
-    let is_plain = positions.is_none_or(has_data) && primitive.indices.is_none_or(|i| has_data(i.value()));
-    if is_draco && (document.requires(DRACO) || !is_plain) {
+fn check_compression(document: &Document, primitive: &Primitive, source: &Source) -> Result<(), SceneError> {
+    let has_data = |accessor: Option<usize>| accessor.is_none_or(|a| accessor::has_data(document, a));
+    let is_plain = has_data(primitive.attribute("POSITION")) && has_data(primitive.indices.map(|i| i.0 as usize));
+    let must_decode = document.requires(DRACO) && !source.options.ignores(DRACO);
+    if primitive.has_extension(DRACO) && (must_decode || !is_plain) {
         return Err(compressed(DRACO, source));
     }
     Ok(())
 }
 
-/// Append the triangles that indices in a mode mean (glTF 2.0, 3.7.2.1). Incomplete triangles at the end are left out. In strips
-/// and fans the restart value begins a new one; glTF forbids it there, but that is all it can mean.
-fn connect(mode: Mode, indices: &[u32], restart: u32, out: &mut Vec<[u32; 3]>) {
+/// Append the triangles that indices in a mode mean (glTF 2.0, 3.7.2.1), in this order:
+///
+/// - A list: triangle `i` has the indices `3i`, `3i + 1`, `3i + 2`.
+/// - A strip: triangle `i` has `i`, `i + 1`, `i + 2` where `i` is even and `i`, `i + 2`, `i + 1` where it is odd.
+/// - A fan: triangle `i` has `i + 1`, `i + 2`, `0`.
+///
+/// Incomplete triangles at the end are left out. In strips and fans the restart value, the highest that the type of the indices has,
+/// begins a new one (`KHR_mesh_primitive_restart`): `i` counts from 0 in each, and triangles are numbered through all of them, as if each
+/// were appended by itself. Without the extension glTF forbids the value there, but that is all it can mean.
+fn connect(mode: u32, indices: &[u32], restart: u32, out: &mut Vec<[u32; 3]>) {
     match mode {
-        Mode::TriangleStrip => {
+        TRIANGLE_STRIP => {
             for run in indices.split(|i| *i == restart) {
                 let turned = |(i, w): (usize, &[u32])| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] };
                 out.extend(run.windows(3).enumerate().map(turned));
             }
         }
-        Mode::TriangleFan => {
+        TRIANGLE_FAN => {
             for run in indices.split(|i| *i == restart) {
                 out.extend(run.windows(2).skip(1).map(|w| [w[0], w[1], run[0]]));
             }

@@ -27,7 +27,7 @@ use super::exact::{Line, Meeting, Ratio};
 use crate::cache::View;
 use crate::exec::Executor;
 use crate::geom::{Affine, Point, Ray};
-use crate::scene::Scene;
+use crate::scene::{Mesh, Scene};
 use std::cmp::Ordering;
 
 /// A triangle of the scene.
@@ -222,7 +222,7 @@ impl<'a> Oracle<'a> {
                 (span, Standing::Hit)
             } else {
                 let exact = exact.get_or_insert_with(|| ExactRay::new(ray, place, &runs.bounds()));
-                let Some(decided) = exact.decide(ray, span, place.exactly.corners(corners)) else { return };
+                let Some(decided) = exact.decide(ray, span, place.exactly.corners(mesh, triangle)) else { return };
                 decided
             };
             if span.nearest <= *limit {
@@ -294,8 +294,8 @@ impl<'a> Oracle<'a> {
     /// Where exactly the ray's line crosses a triangle, where it does and where that is known.
     pub fn meeting(&self, ray: &Ray, source: Source) -> Option<Meeting> {
         let place = self.places.get(source.instance as usize)?;
-        let corners = self.scene.meshes[place.mesh].corners(source.triangle as usize);
-        place.exactly.line(ray)?.meet(place.exactly.corners(corners))
+        let corners = place.exactly.corners(&self.scene.meshes[place.mesh], source.triangle as usize);
+        place.exactly.line(ray)?.meet(corners)
     }
 }
 
@@ -309,10 +309,10 @@ impl Exactly {
     }
 
     /// A triangle's corners in the space of [`Exactly::line`].
-    fn corners(&self, corners: [Point; 3]) -> [Point; 3] {
+    fn corners(&self, mesh: &Mesh, triangle: usize) -> [Point; 3] {
         match self {
-            Exactly::Baked { to_world, .. } => corners.map(|p| to_world.bake(p)),
-            _ => corners,
+            Exactly::Baked { to_world, .. } => mesh.baked_corners(triangle, to_world),
+            _ => mesh.corners(triangle),
         }
     }
 }

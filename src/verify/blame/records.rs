@@ -42,9 +42,9 @@ fn first_difference(a: &[f32; 12], b: &[f32; 12]) -> Option<usize> {
 pub fn corners(subject: &Subject<'_>, source: Source) -> [Point; 3] {
     let scene = subject.scene();
     let place = &scene.instances[source.instance as usize];
-    let corners = scene.meshes[place.mesh as usize].corners(source.triangle as usize);
+    let (mesh, triangle) = (&scene.meshes[place.mesh as usize], source.triangle as usize);
     let baked = subject.view.tlas_nodes.is_empty() && place.transform != Affine::IDENTITY;
-    if baked { corners.map(|p| place.transform.bake(p)) } else { corners }
+    if baked { mesh.baked_corners(triangle, &place.transform) } else { mesh.corners(triangle) }
 }
 
 /// Whether a record bears the numbers of a source triangle.

@@ -14,8 +14,8 @@ pub fn soup(name: &str, triangles: &[[Point; 3]]) -> Mesh {
         name: name.into(),
         positions: triangles.iter().flatten().copied().collect(),
         triangles: (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-        source_prims: Vec::new(),
         parts: vec![part],
+        ..Mesh::default()
     }
 }
 

@@ -4,6 +4,7 @@ use crate::build::Levels;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
+use crate::cli::names;
 use crate::compile::Placing;
 use crate::scene::{Degenerate, Loss, ReadOptions, ReadReport, Rounding};
 
@@ -21,6 +22,7 @@ impl Remarks<'_> {
     pub fn warnings(&self, levels: Levels) -> Vec<String> {
         let mut lines = Vec::new();
         lines.extend(self.left_out().map(|what| format!("left out {what}")));
+        lines.extend(self.decided());
         if self.read.degenerate == Degenerate::Keep && self.report.degenerate_triangles > 0 {
             lines.push(format!("kept {}", counted(self.report.degenerate_triangles, "triangle", " without area")));
         }
@@ -50,6 +52,22 @@ impl Remarks<'_> {
         lines
     }
 
+    /// What reading had to decide where the model does not say or may not be followed, each as a sentence.
+    fn decided(&self) -> Vec<String> {
+        let report = self.report;
+        let counted_ones = [
+            (report.unposed_skins, "node", " with a skin but without joints or weights: placed without the skin"),
+            (report.uninstanced_skins, "skinned node", " with instances: placed once, by the joints"),
+            (report.unweighted_vertices, "vertex without joint weights", ": placed by the first joint"),
+        ];
+        let found = counted_ones.iter().filter(|c| c.0 > 0).map(|(n, what, which)| counted(*n, what, which));
+        let ignored = report.ignored_extensions.iter().map(|name| {
+            let name = names::escape(name);
+            format!("the glTF extension {name}, which may move or change triangles, is ignored")
+        });
+        found.chain(ignored).collect()
+    }
+
     /// A model of which nothing is left.
     pub fn nothing(&self, model: &str) -> Failure {
         let mut failure = Failure::new(Exit::Model, format!("there is no triangle in {model}"));
@@ -62,12 +80,18 @@ impl Remarks<'_> {
     /// What reading dropped, as a phrase, or `None` for a clean model.
     fn left_out(&self) -> Option<String> {
         let report = self.report;
+        let beyond =
+            format!(" beyond the range of f32 ({:.1e}; the limit is {:.1e})", report.largest_magnitude, f32::MAX);
         let degenerate = if self.read.degenerate == Degenerate::Keep { 0 } else { report.degenerate_triangles };
         let found: Vec<String> = [
             (degenerate, "triangle", " without area"),
             (report.non_finite_triangles, "triangle", " with NaN or infinite positions"),
             (report.skipped_primitives, "line and point primitive", ""),
             (report.singular_instances, "instance", " scaled to nothing"),
+            (report.out_of_range_instances, "instance", &beyond),
+            (report.hidden_nodes, "hidden node", ""),
+            (report.unplayed_animations, "animation", " (everything stands at rest)"),
+            (report.unapplied_morph_weights, "morph weight", " without a target"),
         ]
         .into_iter()
         .filter(|(n, ..)| *n > 0)
@@ -77,8 +101,14 @@ impl Remarks<'_> {
     }
 }
 
+/// `3 triangles without area`, `1 vertex without weights`.
 fn counted(n: u64, what: &str, which: &str) -> String {
-    format!("{} {what}{}{which}", figures::count(n), if n == 1 { "" } else { "s" })
+    let plural = match what.strip_prefix("vertex") {
+        _ if n == 1 => what.to_string(),
+        Some(rest) => format!("vertices{rest}"),
+        None => format!("{what}s"),
+    };
+    format!("{} {plural}{which}", figures::count(n))
 }
 
 fn lost(by: &str, loss: &Loss) -> String {

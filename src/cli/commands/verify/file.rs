@@ -12,7 +12,7 @@ use crate::cli::names;
 use crate::cli::progress::Bar;
 use crate::compile::{self, LaidOut};
 use crate::geom::Affine;
-use crate::scene::{self, Instance, ReadOptions, Scene};
+use crate::scene::{self, Instance, Scene};
 use crate::verify::{Cpu, Outcome, Placed, Plan, Subject, VerifyError, is_of_model, placed, scene_of_file};
 use std::path::{Path, PathBuf};
 
@@ -75,8 +75,7 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
         })?;
         return Ok(Held { scene, placed: None });
     };
-    let (read, build) = caches::recorded(cache.meta());
-    let read = ReadOptions { allow_outside: args.allow_outside, max_memory: context.global.max_memory, ..read };
+    let (read, build) = caches::recorded_with(cache.meta(), args.allow_outside, &args.ignore_extensions, context);
     let scene = scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
     // Laying out makes no duplicates.
     caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;

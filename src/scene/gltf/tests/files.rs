@@ -78,7 +78,7 @@ fn buffers_outside_the_folder_need_permission() {
         let scene = read_from(&folder, uri, true).unwrap_or_else(|e| panic!("{uri}: {e}"));
         // The way there from the model's folder, never the absolute path.
         let name = &scene.inputs[1].name;
-        assert_eq!(name, if uri.starts_with("sub") { uri } else { "../outside.bin" });
+        assert_eq!(name, "../outside.bin");
         assert!(folder.path().join("model").join(name).is_file(), "{uri}");
     }
     for uri in ["..\\outside.bin", "C:\\outside.bin", "\\\\server\\x.bin"] {
@@ -90,6 +90,56 @@ fn buffers_outside_the_folder_need_permission() {
         }
     }
     assert!(read_from(&folder, "a%00b", true).is_err() && read_from(&folder, "%ff", true).is_err());
+}
+
+/// The name of the file that a reference led to.
+fn led_to(folder: &tempfile::TempDir, uri: &str, allow_outside: bool) -> String {
+    read_from(folder, uri, allow_outside).unwrap_or_else(|e| panic!("{uri}: {e}")).inputs[1].name.clone()
+}
+
+#[test]
+fn references_are_read_as_meant_and_else_as_exporters_write_them() {
+    let folder = folder();
+    for name in ["rock#1.bin", "rock?2.bin", "50%25.bin", "char:rock.bin", "twin"] {
+        std::fs::write(folder.path().join("model").join(name), square_bytes()).unwrap();
+    }
+    for (uri, name) in [
+        ("sub dir\\a b.bin", "sub dir/a b.bin"),
+        ("sub%20dir%5Ca%20b.bin", "sub dir/a b.bin"),
+        (".\\sub dir\\a b.bin", "./sub dir/a b.bin"),
+        ("./square.bin", "square.bin"),
+        ("nowhere/../square.bin", "square.bin"),
+        ("square.bin?v=3#part", "square.bin"),
+        ("rock#1.bin", "rock#1.bin"),
+        ("rock%231.bin", "rock#1.bin"),
+        ("rock?2.bin", "rock?2.bin"),
+        ("50%25.bin", "50%25.bin"),
+        ("char:rock.bin", "char:rock.bin"),
+        ("twin#2.bin", "twin"),
+    ] {
+        assert_eq!(led_to(&folder, uri, false), name, "{uri}");
+    }
+    // A file whose name has the backslash itself goes first.
+    #[cfg(unix)]
+    {
+        std::fs::write(folder.path().join("model").join("sub dir\\a b.bin"), square_bytes()).unwrap();
+        assert_eq!(led_to(&folder, "sub dir\\a b.bin", false), "sub dir\\a b.bin");
+    }
+    let missing = read_from(&folder, "sub dir\\nowhere.bin", false).unwrap_err();
+    assert!(missing.kind() == ErrorKind::Io && missing.to_string().contains("nowhere.bin"), "{missing}");
+    assert!(read_from(&folder, "", false).unwrap_err().to_string().contains("no file name"));
+}
+
+#[test]
+fn file_addresses_may_name_this_machine_and_no_other() {
+    let folder = folder();
+    let outside = folder.path().join("outside.bin").display().to_string();
+    for uri in [format!("file:{outside}"), format!("FILE://localhost{outside}"), format!("file://{outside}?a#b")] {
+        assert_eq!(led_to(&folder, &uri, true), "../outside.bin", "{uri}");
+    }
+    assert_eq!(led_to(&folder, "file:square.bin", true), "square.bin");
+    let other = read_from(&folder, &format!("file://elsewhere{outside}"), true).unwrap_err();
+    assert!(other.to_string().contains("another machine"), "{other}");
 }
 
 #[cfg(unix)]
@@ -117,6 +167,21 @@ fn data_uris() {
     assert!(error(&with("data:;base64,!!!!")).contains("not base64"));
     assert!(error(&with("data:;base64")).contains("no comma"));
     assert!(error(&with("data:;base64,")).contains("has 0 bytes"));
+    read_json(&with(&data_uri(&square_bytes()).replacen("data:application/octet-stream;", "DATA:model/x;a=b;", 1)));
+
+    // No error shows the data, whatever is wrong with them.
+    let payload = "QUJD".repeat(3000);
+    for uri in [
+        format!("data:;base64,{payload}!"),
+        format!("data:{payload}"),
+        format!("data;base64,{payload}"),
+        format!("data;base64,{}", &payload[..900]),
+        format!("da ta:;base64,{payload}"),
+        payload.clone(),
+    ] {
+        let text = error(&with(&uri));
+        assert!(!text.contains("QUJDQUJD") && text.len() < 300, "{text}");
+    }
 }
 
 #[test]

@@ -2,11 +2,13 @@
 
 use super::choice;
 use crate::build::Named;
+use crate::cli::caches::extension_name;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::scene::{Degenerate, Format, ReadOptions};
 use clap::Args;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// How models are read.
@@ -22,6 +24,9 @@ pub struct ReadArgs {
     /// The glTF scene to build; default: the one that the file names
     #[arg(long, value_name = "N")]
     pub scene: Option<u32>,
+    /// Read glTF as if this extension were not in the file, even where the file requires it; may be given again
+    #[arg(long = "ignore-extension", value_name = "NAME", value_parser = extension_name)]
+    pub ignore_extensions: Vec<String>,
     /// What comes from standard input; told by its content if not given
     #[arg(long, value_name = "FORMAT", value_enum)]
     pub input_format: Option<InputFormat>,
@@ -46,13 +51,23 @@ impl From<InputFormat> for Format {
 impl ReadArgs {
     pub fn resolve(&self) -> ReadOptions {
         let (degenerate, allow_outside, scene) = (self.degenerate, self.allow_outside, self.scene);
-        ReadOptions { degenerate, allow_outside, scene, ..ReadOptions::default() }
+        let ignore_extensions = self.ignored();
+        ReadOptions { degenerate, allow_outside, scene, ignore_extensions, ..ReadOptions::default() }
     }
 
     /// The options that decide what is read, for META and the build key; the others only decide whether.
     pub fn effective(&self) -> Vec<(String, String)> {
         let scene = self.scene.map_or_else(|| "default".to_string(), |n| n.to_string());
-        vec![("degenerate".into(), self.degenerate.name().to_string()), ("scene".into(), scene)]
+        let mut options = vec![("degenerate".into(), self.degenerate.name().to_string()), ("scene".into(), scene)];
+        if !self.ignore_extensions.is_empty() {
+            options.push(("ignore_extensions".into(), self.ignored().join(",")));
+        }
+        options
+    }
+
+    /// The names in one order, each once, however they were given.
+    fn ignored(&self) -> Vec<String> {
+        self.ignore_extensions.iter().cloned().collect::<BTreeSet<_>>().into_iter().collect()
     }
 
     /// Refuse to choose a scene of a model that has none to choose from. `content` is the model itself where it came from standard input.

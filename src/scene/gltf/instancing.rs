@@ -1,0 +1,72 @@
+use super::accessor::{self, Shape};
+use super::buffers::Buffers;
+use super::document::{Document, Node};
+use super::extensions::INSTANCING;
+use super::nodes::compose;
+use crate::geom::Affine;
+use crate::scene::SceneError;
+use crate::scene::source::Source;
+
+/// Whether `EXT_mesh_gpu_instancing` places a node's mesh.
+pub(super) fn is_instanced(node: &Node, source: &Source) -> bool {
+    !source.options.ignores(INSTANCING) && node.extensions.as_ref().is_some_and(|e| e.instancing.is_some())
+}
+
+/// The places that `EXT_mesh_gpu_instancing` gives a node's mesh, relative to the node, in the order of the accessors' elements; `None`
+/// without the extension. Their memory is charged and stays charged.
+pub(super) fn places(
+    document: &Document,
+    node: &Node,
+    index: u32,
+    buffers: &mut Buffers,
+    source: &mut Source,
+) -> Result<Option<Vec<Affine>>, SceneError> {
+    let extension = node.extensions.as_ref().and_then(|e| e.instancing.as_ref());
+    let Some(extension) = extension.filter(|_| is_instanced(node, source)) else { return Ok(None) };
+    let malformed = |what: String| SceneError::malformed(source.path, format!("{INSTANCING} of node {index} {what}"));
+    let attributes = extension.get("attributes").and_then(|a| a.as_object());
+    let attributes = attributes.ok_or_else(|| malformed("has no attributes".into()))?;
+    let accessor = |name: &str| match attributes.get(name) {
+        None => Ok(None),
+        Some(value) => match value.as_u64() {
+            Some(accessor) => Ok(Some(accessor as usize)),
+            None => Err(malformed(format!("names for {name} what is no accessor number"))),
+        },
+    };
+    let [translation, rotation, scale] = [accessor("TRANSLATION")?, accessor("ROTATION")?, accessor("SCALE")?];
+
+    // All attributes must agree on the number of places before any of them is read.
+    let mut counts = Vec::new();
+    for accessor in [translation, rotation, scale].into_iter().flatten() {
+        counts.push(accessor::count(document, accessor, source)?);
+    }
+    let Some(&count) = counts.first() else {
+        return Err(malformed("has none of TRANSLATION, ROTATION and SCALE".into()));
+    };
+    if let Some(other) = counts.iter().find(|c| **c != count) {
+        return Err(malformed(format!("has attributes of {count} and of {other} elements; they must be as many")));
+    }
+    let translations = numbers::<3>(document, translation, Shape::TRANSLATION, buffers, source)?;
+    let scales = numbers::<3>(document, scale, Shape::TRANSLATION, buffers, source)?;
+    let rotations = numbers::<4>(document, rotation, Shape::ROTATION, buffers, source)?;
+    source.charge(count.saturating_mul(size_of::<Affine>() as u64), "the instances")?;
+    let places = (0..count as usize).map(|i| {
+        let translation = translations.as_ref().map_or([0.0; 3], |t| t[i]);
+        let rotation = rotations.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |r| r[i]);
+        compose(translation, rotation, scales.as_ref().map_or([1.0; 3], |s| s[i]))
+    });
+    let places = places.collect();
+    let read = [translations.as_ref().map_or(0, |_| 3), scales.map_or(0, |_| 3), rotations.map_or(0, |_| 4)];
+    source.release(count.saturating_mul(read.iter().sum::<u64>() * size_of::<f64>() as u64));
+    Ok(Some(places))
+}
+
+fn numbers<const N: usize>(
+    document: &Document,
+    accessor: Option<usize>,
+    shape: Shape,
+    buffers: &mut Buffers,
+    source: &mut Source,
+) -> Result<Option<Vec<[f64; N]>>, SceneError> {
+    accessor.map(|a| accessor::numbers(document, a, shape, buffers, source)).transpose()
+}

@@ -1,0 +1,94 @@
+use super::accessor::{self, Shape};
+use super::buffers::Buffers;
+use super::document::{Document, Primitive};
+use super::whole::Index;
+use crate::scene::SceneError;
+use crate::scene::pose::{Influences, Target, Vertices};
+use crate::scene::source::Source;
+use std::collections::BTreeMap;
+
+/// The accessors of a primitive's vertices: equal ones mean equal vertices.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Attributes {
+    pub positions: usize,
+    /// Each target's weight and displacements.
+    targets: Vec<(usize, usize)>,
+    /// Each set's joints and weights.
+    influences: Vec<(usize, usize)>,
+}
+
+impl Attributes {
+    /// What a pose with these morph weights, and perhaps a skin, needs of a primitive that has positions.
+    pub fn new(primitive: &Primitive, positions: usize, weights: &[f64], is_skinned: bool) -> Attributes {
+        let targets = primitive.targets.iter().flatten().enumerate();
+        let moves = |(i, target): (usize, &BTreeMap<String, Index>)| {
+            let is_active = weights.get(i).is_some_and(|w| *w != 0.0);
+            target.get("POSITION").filter(|_| is_active).map(|accessor| (i, accessor.0 as usize))
+        };
+        let influences = if is_skinned { influences(primitive) } else { Vec::new() };
+        Attributes { positions, targets: targets.filter_map(moves).collect(), influences }
+    }
+
+    /// Read them. `joints` is how many the skin has; `place` names the primitive. Memory is charged and stays charged.
+    pub fn read(
+        &self,
+        document: &Document,
+        joints: usize,
+        place: &str,
+        buffers: &mut Buffers,
+        source: &mut Source,
+    ) -> Result<Vertices, SceneError> {
+        let malformed = |source: &Source, what: String| SceneError::malformed(source.path, format!("{place} {what}"));
+        let count = accessor::count(document, self.positions, source)?;
+        let others = self.targets.iter().map(|t| t.1).chain(self.influences.iter().flat_map(|i| [i.0, i.1]));
+        for accessor in others {
+            let other = accessor::count(document, accessor, source)?;
+            if other != count {
+                let what = format!("has {count} positions, but {other} elements in accessor {accessor}");
+                return Err(malformed(source, what));
+            }
+        }
+        let mut read3 = |accessor, source: &mut Source| {
+            accessor::numbers::<3>(document, accessor, Shape::POSITIONS, buffers, source)
+        };
+        let positions = read3(self.positions, source)?;
+        let mut targets = Vec::with_capacity(self.targets.len());
+        for &(weight, accessor) in &self.targets {
+            targets.push(Target { weight, displacements: read3(accessor, source)? });
+        }
+        if self.influences.is_empty() {
+            return Ok(Vertices { positions, targets, influences: None });
+        }
+
+        // Lay the sets of each vertex side by side.
+        let per_vertex = 4 * self.influences.len();
+        let of_all = (positions.len() * per_vertex) as u64;
+        source.charge(of_all * (size_of::<u32>() + size_of::<f64>()) as u64, "the joint weights")?;
+        let (mut numbers, mut weights) =
+            (vec![0; positions.len() * per_vertex], vec![0.0; positions.len() * per_vertex]);
+        for (set, &(joints_accessor, weights_accessor)) in self.influences.iter().enumerate() {
+            let of_set = accessor::joints(document, joints_accessor, buffers, source)?;
+            for (place, four) in numbers.chunks_exact_mut(per_vertex).zip(of_set) {
+                place[4 * set..4 * set + 4].copy_from_slice(&four);
+            }
+            let of_set = accessor::weights(document, weights_accessor, buffers, source)?;
+            for (place, four) in weights.chunks_exact_mut(per_vertex).zip(of_set) {
+                place[4 * set..4 * set + 4].copy_from_slice(&four);
+            }
+        }
+        let influences = Influences::new(per_vertex, numbers, weights);
+        match influences.largest_joint() {
+            Some(joint) if joint as usize >= joints => {
+                Err(malformed(source, format!("uses joint {joint}, but its skin has {joints}")))
+            }
+            _ => Ok(Vertices { positions, targets, influences: Some(influences) }),
+        }
+    }
+}
+
+/// Every set of joints and weights that a primitive has, from set 0 on.
+pub(super) fn influences(primitive: &Primitive) -> Vec<(usize, usize)> {
+    let set =
+        |n: usize| Some((primitive.attribute(&format!("JOINTS_{n}"))?, primitive.attribute(&format!("WEIGHTS_{n}"))?));
+    (0..).map_while(set).collect()
+}

@@ -1,0 +1,110 @@
+//! Instances that a file cannot place as they are: transforms without inverse, and places beyond `f32`.
+
+use super::pose::Rounded;
+use super::source::Source;
+use super::{Mesh, Part, Scene, SceneError};
+use crate::geom::{Aabb, Affine};
+
+/// What becomes of an instance.
+enum Fate {
+    /// Its transform can be stored and inverted.
+    Stays,
+    /// A scale of 0 along one or two axes: there is something to see, but no way for a ray back into the mesh.
+    Flat,
+    /// A scale of 0 along every axis.
+    Vanishes,
+    /// A number of the transform does not fit in `f32`.
+    OutOfRange,
+}
+
+/// Bake the transforms that have no inverse into meshes of their own, and drop the instances of which nothing is left or which
+/// `f32` cannot place.
+pub(super) fn settle(scene: &mut Scene, source: &mut Source) -> Result<(), SceneError> {
+    let mut kept = Vec::with_capacity(scene.instances.len());
+    for mut instance in std::mem::take(&mut scene.instances) {
+        match fate(&instance.transform) {
+            Fate::Stays => {}
+            Fate::Flat => {
+                let (mesh, transform) =
+                    flattened(&scene.meshes[instance.mesh as usize], &instance.transform, instance.node, source)?;
+                instance.mesh = scene.meshes.len() as u32;
+                instance.transform = transform;
+                scene.meshes.push(mesh);
+            }
+            Fate::Vanishes => {
+                scene.report.singular_instances += 1;
+                continue;
+            }
+            Fate::OutOfRange => {
+                let entries = instance.transform.rows.iter().flatten();
+                count_out_of_range(scene, entries.fold(0.0, |most, v| v.abs().max(most)));
+                continue;
+            }
+        }
+        kept.push(instance);
+    }
+    scene.instances = kept;
+    Ok(())
+}
+
+/// A transform must have an inverse both as composed and as the file will store it.
+fn fate(transform: &Affine) -> Fate {
+    let stored = transform.to_f32();
+    if stored.iter().any(|v| !v.is_finite()) {
+        return Fate::OutOfRange;
+    }
+    let is_invertible = transform.inverse().is_some()
+        && Affine::from_f32(&stored).inverse().is_some_and(|i| i.to_f32().iter().all(|v| v.is_finite()));
+    match transform.rows.iter().all(|row| row[..3] == [0.0; 3]) {
+        _ if is_invertible => Fate::Stays,
+        true => Fate::Vanishes,
+        false => Fate::Flat,
+    }
+}
+
+/// A copy of a mesh with a node's transform baked into it, and the transform that is left for its instance. The copy is charged.
+fn flattened(mesh: &Mesh, transform: &Affine, node: u32, source: &mut Source) -> Result<(Mesh, Affine), SceneError> {
+    let (positions, triangles) = (mesh.positions.len() as u64, mesh.triangles.len() as u64);
+    let names: usize = mesh.parts.iter().map(|p| size_of::<Part>() + p.name.len() + p.material.len()).sum();
+    source.charge(48 * positions + 16 * triangles + names as u64, "a mesh that is scaled to nothing along an axis")?;
+    let world = (0..mesh.positions.len()).map(|v| transform.transform_point(mesh.exact_position(v))).collect();
+    let Rounded { positions, remainders, transform } = Rounded::new(world);
+    let parts = mesh.parts.iter().map(|part| Part { baked_node: Some(node), ..part.clone() }).collect();
+    Ok((Mesh { positions, remainders, parts, ..mesh_without_points(mesh) }, transform))
+}
+
+fn mesh_without_points(mesh: &Mesh) -> Mesh {
+    Mesh {
+        name: mesh.name.clone(),
+        triangles: mesh.triangles.clone(),
+        source_prims: mesh.source_prims.clone(),
+        ..Mesh::default()
+    }
+}
+
+/// Drop instances whose image in the world does not fit in `f32`: they have no box there, so nothing can be traced in them.
+pub(super) fn drop_boundless(scene: &mut Scene) {
+    let mesh_box = |m: &Mesh| (0..m.triangles.len()).fold(Aabb::EMPTY, |b, i| b.union(m.triangle_box(i)));
+    let boxes: Vec<Aabb> = scene.meshes.iter().map(mesh_box).collect();
+    let mut kept = Vec::with_capacity(scene.instances.len());
+    for instance in std::mem::take(&mut scene.instances) {
+        let local = &boxes[instance.mesh as usize];
+        if local.is_empty() || instance.transform.transform_box(local).is_valid() {
+            kept.push(instance);
+        } else {
+            count_out_of_range(scene, largest_coordinate(&instance.transform, local));
+        }
+    }
+    scene.instances = kept;
+}
+
+/// The largest coordinate of a box's corners in world space.
+fn largest_coordinate(transform: &Affine, local: &Aabb) -> f64 {
+    let corner = |i: usize| [0, 1, 2].map(|k| f64::from(if i >> k & 1 == 0 { local.min[k] } else { local.max[k] }));
+    (0..8).flat_map(|i| transform.transform_point(corner(i))).fold(0.0, |most, c| c.abs().max(most))
+}
+
+fn count_out_of_range(scene: &mut Scene, magnitude: f64) {
+    scene.report.out_of_range_instances += 1;
+    scene.report.largest_magnitude = scene.report.largest_magnitude.max(magnitude);
+}
