@@ -8,6 +8,7 @@ mod build;
 mod depfile;
 mod determinism;
 mod documents;
+mod extensions;
 mod inputs;
 mod inspect;
 mod interrupt;
