@@ -240,6 +240,7 @@ fn sheet(n: u32) -> Mesh {
         triangles,
         source_prims: Vec::new(),
         parts: vec![Part { triangle_count: count, prim_count: count, ..Part::default() }],
+        ..Mesh::default()
     }
 }
 
