@@ -14,7 +14,7 @@ use bvhc_core::cache::parts::{check_tree_flags, encode_names, pack};
 use super::check::{Limits, check_image};
 use super::rules::Severity;
 use super::{CacheError, Limited};
-use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, MINOR, SectionEntry, SectionKind, builder_id};
+use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, MINOR, SectionEntry, SectionKind};
 use super::{Image, Meta, atomic, keys, tree_flags};
 use crate::exec::Executor;
 use crate::tree::max_depth;
@@ -173,6 +173,15 @@ fn describe(image: &Image, meta: &Meta) -> Result<Header, String> {
         scene_max: root.map_or([0.0; 3], |n| n.max),
         ..Header::zeroed()
     })
+}
+
+/// What the header says of the method beside META: two methods have numbers from early days, and no others get any.
+fn builder_id(method: &str) -> u32 {
+    match method {
+        "binned" => 1,
+        "sbvh" => 2,
+        _ => 0,
+    }
 }
 
 /// A section on its way into a file.

@@ -80,7 +80,7 @@ fn facts_of_the_header_repeat_the_sections() {
     assert_eq!((header.prim_count, header.ref_count, header.node_count), (1, 1, 2));
     assert_eq!((header.blas_count, header.instance_count, header.max_depth), (1, 2, 0));
     assert_eq!(header.scene_bounds(), cache.tlas_nodes()[0].bounds());
-    assert_eq!(header.builder_name(), Some("sbvh"));
+    assert_eq!((header.builder_id, cache.meta().map(|m| m.method.as_str())), (2, Some("sbvh")));
     assert_eq!(cache.names().get(0), Some("triangle"));
 }
 

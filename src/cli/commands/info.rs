@@ -77,12 +77,11 @@ pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
 fn text(info: &FileInfo) -> String {
     let mut rows: Vec<(&str, String)> = Vec::new();
     let version = &info.format;
-    let builder = info.builder.name.clone().unwrap_or_else(|| format!("number {}", info.builder.id));
     let (builder, tool) = match &info.meta {
         Some(m) => {
             (format!("{} r{}", m.method, m.builder_revision), format!("  written by {} {}", m.tool, m.tool_version))
         }
-        None => (builder, String::new()),
+        None => ("not known without META".to_string(), String::new()),
     };
     rows.push(("format", format!("{}.{} (needs reader {0}.{})", version.major, version.minor, version.min_minor)));
     rows.push(("builder", format!("{builder}{tool}")));

@@ -1,4 +1,4 @@
-use super::report::{Place, Report};
+use crate::cache::report::{Place, Report};
 use super::topology::{MAX_LEAF, TreePlace};
 use crate::cache::rules;
 use crate::exec::Executor;

@@ -2,7 +2,7 @@
 
 use super::boxes::{self, Items, show};
 use super::counts::{self, TreeRanges};
-use super::report::{Place, Report};
+use crate::cache::report::{Place, Report};
 use super::topology::{self, TreePlace};
 use super::{Limits, identity, instances};
 use crate::cache::rules;

@@ -1,6 +1,6 @@
 use super::boxes::show;
 use super::identity::Bits;
-use super::report::{Place, Report};
+use crate::cache::report::{Place, Report};
 use super::topology::TreePlace;
 use crate::cache::rules;
 use crate::geom::{Aabb, Affine};

@@ -1,7 +1,7 @@
 //! `META` and `NAMS`: what traversal does not need, but people and build systems do.
 
-use super::container::hex;
-use super::report::{Place, Report};
+use crate::cache::container::hex;
+use crate::cache::report::{Place, Report};
 use crate::cache::error::FaultClass;
 use crate::cache::meta::Meta;
 use crate::cache::rules;

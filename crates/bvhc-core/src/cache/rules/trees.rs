@@ -33,7 +33,7 @@ rules! {
         "the leaf must start at {expected}, it starts at {actual}", "51-node-and-tnod-32-bytes",
         means "An item stands in two leaves' ranges or in none.", because FOREIGN_WRITER, remedy REBUILD;
     E0410 "leaf-too-large", "a leaf has more items than a leaf may have",
-        "at most {expected} items, this leaf has {actual}", "11-safety",
+        "at most {expected}, but {actual}", "11-safety",
         means "Readers that keep the count in 8 bits would lose triangles.", because FOREIGN_WRITER, remedy REBUILD;
     E0411 "child-outside", "a node's box does not lie inside its parent's",
         "the parent has {expected}, the child {actual}", "51-node-and-tnod-32-bytes",

@@ -4,7 +4,7 @@ use std::fmt;
 #[cfg(feature = "serde")]
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
-use crate::cache::rules::{Rule, Severity};
+use super::rules::{Rule, Severity};
 use crate::layout::SectionKind;
 
 /// Where something was found.
