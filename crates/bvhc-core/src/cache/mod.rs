@@ -16,8 +16,8 @@ mod report;
 pub mod rules;
 
 pub use crate::layout::{
-    BlasRecord, BlasView, GeomRecord, Header, InstanceRecord, KINDS, KNOWN_REQUIRED_FEATURES, KindRule,
-    MAGIC, MAJOR, MAX_SECTIONS, MAX_STRING_LEN, MIN_MINOR, MINOR, NO_NODE, Names, Presence, SectionEntry, SectionKind,
+    BlasRecord, BlasView, GeomRecord, Header, InstanceRecord, KINDS, KNOWN_REQUIRED_FEATURES, KindRule, MAGIC, MAJOR,
+    MAX_SECTIONS, MAX_STRING_LEN, MIN_MINOR, MINOR, NO_NODE, Names, Presence, SectionEntry, SectionKind,
     TriangleRecord, View, clip_name, section_flags, tree_flags,
 };
 pub use error::{CacheError, ErrorKind, Limited};

@@ -394,7 +394,10 @@ const _: fn() = || {
 
 impl std::fmt::Debug for Opened<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Cache").field("header", self.header()).field("sections", &self.sections()).finish_non_exhaustive()
+        f.debug_struct("Cache")
+            .field("header", self.header())
+            .field("sections", &self.sections())
+            .finish_non_exhaustive()
     }
 }
 

@@ -4,9 +4,9 @@
 use std::borrow::Cow;
 
 use super::{Limits, check_rows};
+use crate::cache::aligned::AlignedBytes;
 use crate::cache::container::{Container, hex};
 use crate::cache::report::{Place, Report};
-use crate::cache::aligned::AlignedBytes;
 use crate::cache::rules;
 use crate::exec::Executor;
 use crate::layout::{BlasRecord, SectionEntry, SectionKind, section_flags};
@@ -39,9 +39,8 @@ pub fn check<'a>(
 ) -> Vec<Option<Decoded<'a>>> {
     // Hold what decoding would take against the limit before anything is allocated.
     let sections: Vec<_> = (0..container.entries.len()).map(|i| (i, container.stored(file, i))).collect();
-    let packed = |(i, stored): &&(usize, Option<&[u8]>)| {
-        stored.is_some() && container.entries[*i].codec == SectionEntry::ZSTD
-    };
+    let packed =
+        |(i, stored): &&(usize, Option<&[u8]>)| stored.is_some() && container.entries[*i].codec == SectionEntry::ZSTD;
     let total: u128 = sections.iter().filter(packed).map(|(i, _)| u128::from(container.entries[*i].raw_len)).sum();
     let fits = total <= u128::from(limits.max_memory);
     if !fits {

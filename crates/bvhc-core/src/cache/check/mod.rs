@@ -87,6 +87,7 @@ pub fn check_bytes(
         }
     }
     locate(&mut out, &container);
+    out.tell_skipped();
     out
 }
 
@@ -119,7 +120,8 @@ fn check_content(
     exec: &Executor,
 ) {
     // Read what stands by itself first.
-    let find = |kind| container.find(kind, 0).and_then(|i| Some((decoded[i].as_ref()?.as_slice(), &container.entries[i])));
+    let find =
+        |kind| container.find(kind, 0).and_then(|i| Some((decoded[i].as_ref()?.as_slice(), &container.entries[i])));
     let meta = find(SectionKind::META).and_then(|(bytes, _)| provenance::check_meta(bytes, &container.header, out));
 
     // Records can only be judged together.
@@ -146,7 +148,13 @@ fn check_content(
         return;
     }
     out.append(check_records(&view, container.header.tree_flags, Some(&container.header), limits, exec));
-    provenance::check_names(find(SectionKind::NAMS).map(|(b, e)| (b, e.elem_count)), view.geoms, out);
+    match find(SectionKind::NAMS) {
+        Some((bytes, entry)) => provenance::check_names(bytes, entry.elem_count, view.geoms, out),
+        None if container.entries.iter().all(|e| e.kind != SectionKind::NAMS) => {
+            provenance::check_nameless(view.geoms, out);
+        }
+        None => {} // it is there and cannot be read, which has been said
+    }
     if let Some(source) = source {
         source(&view, meta.as_ref(), out);
     }

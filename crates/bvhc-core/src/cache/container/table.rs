@@ -20,11 +20,7 @@ pub fn read(file: &[u8], header: &Header, out: &mut impl Sink) -> ControlFlow<()
     entries.map_or(ControlFlow::Break(()), ControlFlow::Continue)
 }
 
-fn find_and_read(
-    file: &[u8],
-    header: &Header,
-    out: &mut impl Sink,
-) -> ControlFlow<(), Option<Vec<SectionEntry>>> {
+fn find_and_read(file: &[u8], header: &Header, out: &mut impl Sink) -> ControlFlow<(), Option<Vec<SectionEntry>>> {
     // What must be known before the table's place and length are.
     let header_len = usize::from(header.header_len);
     let grown = header.minor > MINOR && header_len > Header::LEN && header_len.is_multiple_of(64);
@@ -122,7 +118,8 @@ pub fn check_tiling(
 fn check_gap(file: &[u8], from: u64, to: u64, align: u64, out: &mut impl Sink) -> ControlFlow<()> {
     if to - from >= align {
         let actual = format!("there are {}", to - from);
-        return out.breach(&rules::E0120, Place::byte(from), || (format!("fewer than {align} bytes of padding"), actual));
+        return out
+            .breach(&rules::E0120, Place::byte(from), || (format!("fewer than {align} bytes of padding"), actual));
     }
     // Both ends lie in the file, so they fit.
     let gap = file.get(from as usize..to as usize).unwrap_or_default();

@@ -92,6 +92,10 @@ rules! {
     E0427 "stated-sah", "a tree's stated SAH cost is not that of its nodes",
         "sah must be {expected}, BLAS states {actual}", "54-blas-64-bytes",
         means "bvhc stats and every comparison by it would be wrong.", because FOREIGN_WRITER, remedy REBUILD;
+    E0428 "loose-box", "a box of a tree that may be refitted is larger than what it holds",
+        "the box must be {expected}, it is {actual}", "51-node-and-tnod-32-bytes",
+        means "Rays visit the node in vain, and a refit would change boxes of a scene that did not move.",
+        because FOREIGN_WRITER, remedy REBUILD;
     W0401 "negative-zero", "a position is minus zero",
         "a zero is written as {expected}, but {actual}", "52-tris-48-bytes",
         means "It traverses like plus zero, but equal scenes get different hashes.",

@@ -127,7 +127,10 @@ mod tests {
                 [at(0.75f32.next_down()), at(0.75), at(0.75f32.next_up())],
                 [Ordering::Greater, Ordering::Equal, Ordering::Less]
             );
-            assert_eq!([whole.compare(&corner, x, 1.0), whole.compare(&corner, y, 2.0)], [Ordering::Equal, Ordering::Less]);
+            assert_eq!(
+                [whole.compare(&corner, x, 1.0), whole.compare(&corner, y, 2.0)],
+                [Ordering::Equal, Ordering::Less]
+            );
             assert!((whole.about(&corner)[z] - 0.75).abs() < 1e-12);
         }
     }
@@ -158,6 +161,9 @@ mod tests {
         let y = 1.0 + 16_777_215.0 * f64::from(1.0000001e7f32 - 1e7) / 2e7;
         let below = y as f32;
         let (low, high) = if f64::from(below) <= y { (below, below.next_up()) } else { (below.next_down(), below) };
-        assert_eq!([whole.compare(&corner, 1, low), whole.compare(&corner, 1, high)], [Ordering::Greater, Ordering::Less]);
+        assert_eq!(
+            [whole.compare(&corner, 1, low), whole.compare(&corner, 1, high)],
+            [Ordering::Greater, Ordering::Less]
+        );
     }
 }

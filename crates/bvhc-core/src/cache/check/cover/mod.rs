@@ -140,7 +140,10 @@ enum Next {
     Done,
     /// No box reaches into it.
     Nobody,
-    Cut { axis: usize, plane: f32 },
+    Cut {
+        axis: usize,
+        plane: f32,
+    },
 }
 
 /// Whether a box has more in common with the part than a border; `planes` gets those of its planes that cut the part.

@@ -156,7 +156,10 @@ fn random_boxes_agree_with_points() {
             }
             Covered::Hole(p) => {
                 open += 1;
-                assert!(!inside(p) || corners.iter().flatten().all(|c| *c == corners[0][0]), "{corners:?} {boxes:?} {p:?}");
+                assert!(
+                    !inside(p) || corners.iter().flatten().all(|c| *c == corners[0][0]),
+                    "{corners:?} {boxes:?} {p:?}"
+                );
             }
             Covered::Unknown => panic!("few boxes are always decided"),
         }
