@@ -110,6 +110,15 @@ fn seal<'a>(
 
     // Line up the sections in the registry's order.
     let names = if image.names.len() == image.geoms.len() { encode_names(&image.names) } else { None };
+    if options.check && names.is_none() && image.geoms.iter().any(|g| g.name_hash != [0; 32]) {
+        return Err(unwritable("its parts have hashes of names, and there is no name for each part".into()));
+    }
+    if let Some(input) = meta.dependencies.iter().find(|d| d.is_absolute()) {
+        return Err(unwritable(format!(
+            "META names the input {:?}, and inputs are named relative to the model's folder",
+            input.name
+        )));
+    }
     let two_level = header.has(tree_flags::TWO_LEVEL);
     let mut pieces = Vec::new();
     for rule in &KINDS {

@@ -8,6 +8,7 @@ mod build;
 mod depfile;
 mod determinism;
 mod documents;
+mod forged;
 mod inputs;
 mod inspect;
 mod interrupt;

@@ -15,7 +15,7 @@ pub fn check_meta(bytes: &[u8], header: &Header, out: &mut Report) -> Option<Met
             if key != header.build_key {
                 out.add(&rules::E0207, Place::byte(128), || (hex(&key), hex(&header.build_key)));
             }
-            for (i, input) in meta.dependencies.iter().enumerate().filter(|(_, input)| is_absolute(&input.name)) {
+            for (i, input) in meta.dependencies.iter().enumerate().filter(|(_, input)| input.is_absolute()) {
                 let at = Place::section(SectionKind::META);
                 out.add(&rules::E0209, at, || (i.to_string(), format!("{:?}", input.name)));
             }
@@ -31,12 +31,6 @@ pub fn check_meta(bytes: &[u8], header: &Header, out: &mut Report) -> Option<Met
             None
         }
     }
-}
-
-/// On any system: `/a`, and `C:/a` or `C:\a`.
-fn is_absolute(name: &str) -> bool {
-    let behind_drive = name.split_once(':').filter(|(drive, _)| drive.len() == 1).map(|(_, rest)| rest);
-    name.starts_with('/') || behind_drive.is_some_and(|rest| rest.starts_with(['/', '\\']))
 }
 
 /// Without the section no part has a name.
