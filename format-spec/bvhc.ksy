@@ -85,6 +85,7 @@ types:
         type: u4
       - id: builder_id
         type: u4
+        doc: Information, 0 for most methods; META names the method.
       - id: file_id
         size: 32
       - id: content_id

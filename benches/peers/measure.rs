@@ -8,7 +8,7 @@ use bvhc::cache::Image;
 use bvhc::compile::build_tree;
 use bvhc::scene::Mesh;
 use bvhc::trace::probe::{Camera, ProbeRays, RayCost};
-use bvhc::tree::quality::epo::{EndPointOverlap, exact, sampled};
+use bvhc::tree::quality::epo::{EndPointOverlap, MOST_VISITS, exact, sampled};
 use bvhc::tree::quality::{Subtrees, sah};
 use bvhc::tree::{Accel, Tree};
 use serde::Serialize;
@@ -189,7 +189,7 @@ fn overlap(mesh: &Mesh, tree: &Tree, points: Option<usize>, exec: &Executor) -> 
     let subtrees = Subtrees::new(&tree.nodes, &tree.refs, mesh.triangles.len());
     match points {
         None => exact(&subtrees, |t| mesh.corners(t), exec),
-        Some(points) => sampled(&subtrees, |t| mesh.corners(t), points, exec),
+        Some(points) => sampled(&subtrees, |t| mesh.corners(t), points, MOST_VISITS, exec),
     }
 }
 

@@ -32,7 +32,6 @@ CRITICAL, COPY_SAFE, CONTENT = 1, 2, 4
 REFITTABLE, DUP_REFS, CANONICAL_DFS, SEQUENCE, TWO_LEVEL = 1, 2, 4, 8, 16
 TREE_FLAGS = ["REFITTABLE", "DUP_REFS", "CANONICAL_DFS", "SEQUENCE", "TWO_LEVEL"]
 SECTION_FLAGS = ["CRITICAL", "COPY_SAFE", "CONTENT"]
-BUILDERS = {1: "binned", 2: "sbvh"}
 U4, U8, V3 = "<u4", "<u8", ("<f4", 3)
 HEADER = np.dtype([  # [2]
     ("magic", "V8"), ("major", "<u2"), ("minor", "<u2"), ("min_minor", "<u2"), ("header_len", "<u2"), ("file_len", U8),
@@ -428,7 +427,7 @@ def info(file):
         "format": {f: h[f] for f in ("major", "minor", "min_minor")},
         **{f: h[f] for f in ("features_required", "features_optional")},
         "tree_flags": flag_set(h["tree_flags"], TREE_FLAGS),
-        "builder": {"id": h["builder_id"], "name": BUILDERS.get(h["builder_id"])},
+        "builder": {"id": h["builder_id"], "name": m and m.method},
         **{f: h[f].hex() for f in ("file_id", "content_id", "build_key")},
         **{f: h[f] for f in ("prim_count", "ref_count", "node_count", "blas_count", "instance_count", "frame_count", "max_depth")},
         "scene_bounds": {"min": floats(h["scene_min"]), "max": floats(h["scene_max"])},

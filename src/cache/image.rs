@@ -1,4 +1,6 @@
 use super::{BlasRecord, CacheError, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, View, clip_name, tree_flags};
+use bvhc_core::layout::orientation;
+
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::Mesh;
@@ -156,7 +158,7 @@ fn instance_record(accel: &Accel, id: u32) -> Result<InstanceRecord, CacheError>
         blas: instance.mesh,
         id,
         mask: u32::MAX,
-        flags: if rounded.determinant() < 0.0 { InstanceRecord::MIRRORED } else { 0 },
+        flags: if orientation(&object_to_world).is_lt() { InstanceRecord::MIRRORED } else { 0 },
         node: instance.node,
         reserved: [0; 3],
     })

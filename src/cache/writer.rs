@@ -14,7 +14,7 @@ use bvhc_core::cache::parts::{check_tree_flags, encode_names, pack};
 use super::check::{Limits, check_image};
 use super::rules::Severity;
 use super::{CacheError, Limited};
-use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, MINOR, SectionEntry, SectionKind, builder_id};
+use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, MINOR, SectionEntry, SectionKind};
 use super::{Image, Meta, atomic, keys, tree_flags};
 use crate::exec::Executor;
 use crate::tree::max_depth;
@@ -110,6 +110,15 @@ fn seal<'a>(
 
     // Line up the sections in the registry's order.
     let names = if image.names.len() == image.geoms.len() { encode_names(&image.names) } else { None };
+    if options.check && names.is_none() && image.geoms.iter().any(|g| g.name_hash != [0; 32]) {
+        return Err(unwritable("its parts have hashes of names, and there is no name for each part".into()));
+    }
+    if let Some(input) = meta.dependencies.iter().find(|d| d.is_absolute()) {
+        return Err(unwritable(format!(
+            "META names the input {:?}, and inputs are named relative to the model's folder",
+            input.name
+        )));
+    }
     let two_level = header.has(tree_flags::TWO_LEVEL);
     let mut pieces = Vec::new();
     for rule in &KINDS {
@@ -173,6 +182,15 @@ fn describe(image: &Image, meta: &Meta) -> Result<Header, String> {
         scene_max: root.map_or([0.0; 3], |n| n.max),
         ..Header::zeroed()
     })
+}
+
+/// What the header says of the method beside META: two methods have numbers from early days, and no others get any.
+fn builder_id(method: &str) -> u32 {
+    match method {
+        "binned" => 1,
+        "sbvh" => 2,
+        _ => 0,
+    }
 }
 
 /// A section on its way into a file.

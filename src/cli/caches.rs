@@ -18,6 +18,12 @@ pub fn open(path: &Path, context: &Context) -> Result<Cache, Failure> {
     Cache::open_on(path, &options(context), &context.exec).map_err(|e| failure(&e))
 }
 
+/// Open a file for measuring its trees: every record is checked first, so that nothing is measured that a rule forbids.
+pub fn open_checked(path: &Path, context: &Context) -> Result<Cache, Failure> {
+    let options = OpenOptions { validation: Validation::Tree, ..options(context) };
+    Cache::open_on(path, &options, &context.exec).map_err(|e| failure(&e))
+}
+
 /// Read a file's header, table and META.
 pub fn head(path: &Path, context: &Context) -> Result<Head, Failure> {
     Head::read(path, &options(context)).map_err(|e| failure(&e))

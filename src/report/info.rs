@@ -56,9 +56,9 @@ pub struct FlagSet {
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct BuilderInfo {
-    /// Registry number from the header.
+    /// `builder_id` of the header: information that nothing may depend on.
     pub id: u32,
-    /// `None` for a number that this version does not know.
+    /// The build method as META names it; `None` without META.
     pub name: Option<String>,
 }
 
@@ -154,7 +154,7 @@ impl FileInfo {
             features_required: header.features_required,
             features_optional: header.features_optional,
             tree_flags: FlagSet::new(header.tree_flags, &TREE_FLAG_NAMES),
-            builder: BuilderInfo { id: header.builder_id, name: header.builder_name().map(str::to_string) },
+            builder: BuilderInfo { id: header.builder_id, name: meta.as_ref().map(|m| m.method.clone()) },
             file_id: hex(&header.file_id),
             content_id: hex(&header.content_id),
             build_key: hex(&header.build_key),

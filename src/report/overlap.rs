@@ -3,9 +3,8 @@
 use crate::cache::{BlasView, View};
 use crate::exec::Executor;
 use crate::tree::quality::Subtrees;
-use crate::tree::quality::epo::{EndPointOverlap, MOST_VISITS, exact, exact_within, sampled};
+use crate::tree::quality::epo::{EndPointOverlap, MOST_VISITS, exact, exact_within, fair_visits, sampled};
 use serde::Serialize;
-use std::ops::Add;
 
 /// How [`EpoReport::of_view`] measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +13,8 @@ pub enum EpoMode {
     Exact,
     /// Ask at this many points of the surface: bounded time, with a standard error.
     Points(u32),
-    /// The first for each tree for which that takes about a second on one core at most, otherwise the second.
+    /// The first for each tree for which that takes no more than a few times the work of a good tree of its size, and about a second on one
+    /// core at most; otherwise the second, within the same bound.
     Auto(u32),
 }
 
@@ -30,6 +30,11 @@ pub struct EpoReport {
 
 impl EpoReport {
     pub fn of_view(view: &View, mode: EpoMode, exec: &Executor) -> EpoReport {
+        EpoReport::measured(view, mode, exec).0
+    }
+
+    /// And how many nodes were visited for it.
+    fn measured(view: &View, mode: EpoMode, exec: &Executor) -> (EpoReport, u64) {
         let blases = || (0..view.blases.len()).filter_map(|i| view.blas(i));
         let surface: f64 = blases().map(|b| area(&b)).sum();
         let of_blas = |blas: BlasView| {
@@ -38,17 +43,26 @@ impl EpoReport {
             let corners = |t: usize| blas.triangles[mesh.first_slot[t] as usize].corners();
             // Each tree gets points by its share of the surface, and some in any case.
             let share = if surface > 0.0 { area(&blas) / surface } else { 0.0 };
-            let at_points = |points| sampled(&tree, corners, (f64::from(points) * share).ceil() as usize, exec);
+            let at_points = |points, most_visits| {
+                sampled(&tree, corners, (f64::from(points) * share).ceil() as usize, most_visits, exec)
+            };
             match mode {
-                EpoMode::Exact => exact(&tree, corners, exec),
-                EpoMode::Points(points) => at_points(points),
+                EpoMode::Exact => (exact(&tree, corners, exec), 0),
+                EpoMode::Points(points) => (at_points(points, MOST_VISITS), 0),
                 EpoMode::Auto(points) => {
-                    exact_within(&tree, corners, MOST_VISITS, exec).unwrap_or_else(|| at_points(points))
+                    let most = fair_visits(tree.triangles());
+                    match exact_within(&tree, corners, most, exec) {
+                        Ok(overlap) => (overlap, 0),
+                        Err(in_vain) => (at_points(points, most), in_vain),
+                    }
                 }
             }
         };
-        let sum = blases().map(of_blas).fold(EndPointOverlap::default(), Add::add);
-        EpoReport { value: sum.epo(), standard_error: sum.standard_error(), points: sum.points() }
+        let parts = blases().map(of_blas);
+        let (sum, in_vain) =
+            parts.fold((EndPointOverlap::default(), 0), |(sum, vain), (one, more)| (sum + one, vain + more));
+        let report = EpoReport { value: sum.epo(), standard_error: sum.standard_error(), points: sum.points() };
+        (report, sum.visits().saturating_add(in_vain))
     }
 }
 
@@ -87,7 +101,7 @@ impl Slots {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, NoProgress};
+    use crate::build::{BuildOptions, Method, NoProgress};
     use crate::cache::Image;
     use crate::compile::build_tree;
     use crate::scene::{Mesh, Part};
@@ -122,6 +136,52 @@ mod tests {
             let rough = EpoReport::of_view(&image.view(), EpoMode::Points(6000), &exec);
             assert!((rough.value - expected).abs() < 4.0 * rough.standard_error, "{rough:?} for {expected}");
             assert!((6000..=6000 + copies as u64).contains(&rough.points));
+        }
+    }
+
+    fn soup(corners: impl Iterator<Item = [[f32; 3]; 3]>) -> Mesh {
+        let mut mesh = Mesh::default();
+        for triangle in corners {
+            let n = mesh.positions.len() as u32;
+            mesh.positions.extend(triangle);
+            mesh.triangles.push([n, n + 1, n + 2]);
+        }
+        let count = mesh.triangles.len() as u32;
+        mesh.parts = vec![Part { triangle_count: count, prim_count: count, ..Part::default() }];
+        mesh
+    }
+
+    fn work(mesh: &Mesh) -> (EpoReport, u64) {
+        let exec = Executor::sequential();
+        let options = BuildOptions { method: Method::Binned, ..BuildOptions::default() };
+        let tree = build_tree(mesh, &options, &exec, &NoProgress).unwrap();
+        let image = Image::of_tree(mesh, &tree, &exec).unwrap();
+        EpoReport::measured(&image.view(), EpoMode::Auto(1 << 18), &exec)
+    }
+
+    /// The same triangle again and again, slivers that cross everything, triangles as large as the scene: every triangle lies in every node.
+    #[test]
+    fn the_work_on_bad_trees_is_a_few_times_that_on_a_good_one() {
+        let count = 20_000u32;
+        let share = |i: u32| f64::from(i) / f64::from(count);
+        let at = |i: u32, k: u32| (share(i) * f64::from(1 + 7 * k)).fract() as f32;
+        let sheet = soup((0..count).map(|i| {
+            let (x, y) = ((i % 141) as f32, (i / 141) as f32);
+            [[x, y, 0.0], [x + 1.0, y, 0.0], [x, y + 1.0, 0.0]]
+        }));
+        let (good, regular) = work(&sheet);
+        assert_eq!(good.points, 0, "a good tree is measured exactly");
+        let identical = soup((0..count).map(|_| [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]));
+        let slivers = soup((0..count).map(|i| {
+            let (a, b) = ([at(i, 0), at(i, 1), 0.0], [at(i, 2), at(i, 3), 1.0]);
+            [a, b, [a[0] + 1e-3, a[1], 0.0]]
+        }));
+        let spanning =
+            soup((0..count).map(|i| [[0.0, at(i, 0), at(i, 1)], [1.0, at(i, 2), at(i, 3)], [at(i, 4), at(i, 5), 1.0]]));
+        for (name, mesh) in [("identical", identical), ("slivers", slivers), ("spanning", spanning)] {
+            let (report, visits) = work(&mesh);
+            assert!(report.points > 0, "{name}: too much to clip, so it is sampled");
+            assert!(visits < 3 * fair_visits(count as usize), "{name}: {visits} visits, the regular scene {regular}");
         }
     }
 }

@@ -73,7 +73,7 @@ impl<'a> Gauge<'a> {
     /// The end-point overlap as a share of the SAH, both being what a ray pays.
     pub fn overlap_share(&self, tree: &Tree) -> f64 {
         let subtrees = Subtrees::new(&tree.nodes, &tree.refs, self.mesh.triangles.len());
-        let overlap = epo::sampled(&subtrees, |t| self.mesh.corners(t), POINTS, self.exec).epo();
+        let overlap = epo::sampled(&subtrees, |t| self.mesh.corners(t), POINTS, epo::MOST_VISITS, self.exec).epo();
         let sah = f64::from(sah(&tree.nodes));
         if sah > 0.0 { overlap / sah } else { 0.0 }
     }

@@ -9,6 +9,7 @@ mod depfile;
 mod determinism;
 mod documents;
 mod extensions;
+mod forged;
 mod inputs;
 mod inspect;
 mod interrupt;

@@ -75,6 +75,8 @@ pub fn any_image() -> impl Strategy<Value = Image> {
             }
             image.triangles.resize(1 + n, tris);
             image.triangles.iter_mut().enumerate().for_each(|(i, t)| t.prim = i as u32 * u32::from(seed));
+            (image.blases[0].node_count, image.blases[0].ref_count) =
+                (image.nodes.len() as u32, image.triangles.len() as u32);
             let geom = image.geoms[0];
             image.geoms.resize(names.len(), geom);
             image.names = if named { names } else { Vec::new() };

@@ -77,12 +77,11 @@ pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
 fn text(info: &FileInfo) -> String {
     let mut rows: Vec<(&str, String)> = Vec::new();
     let version = &info.format;
-    let builder = info.builder.name.clone().unwrap_or_else(|| format!("number {}", info.builder.id));
     let (builder, tool) = match &info.meta {
         Some(m) => {
             (format!("{} r{}", m.method, m.builder_revision), format!("  written by {} {}", m.tool, m.tool_version))
         }
-        None => (builder, String::new()),
+        None => ("not known without META".to_string(), String::new()),
     };
     rows.push(("format", format!("{}.{} (needs reader {0}.{})", version.major, version.minor, version.min_minor)));
     rows.push(("builder", format!("{builder}{tool}")));
@@ -111,25 +110,39 @@ fn text(info: &FileInfo) -> String {
     rows.push(("file", format!("{}  {}", info.file_id, figures::bytes(info.file_len))));
     let short =
         |s: &crate::report::info::SectionInfo| format!("{} {} {}", s.kind, figures::bytes(s.stored_len), s.codec);
-    rows.push(("sections", info.sections.iter().map(short).collect::<Vec<_>>().join(" · ")));
+    let mut named: Vec<String> = info.sections.iter().take(MOST_LINES).map(short).collect();
+    named.extend(more(info.sections.len(), "--sections"));
+    rows.push(("sections", named.join(" · ")));
     if let Some(error) = &info.meta_error {
         rows.push(("meta", format!("not read: {error}")));
     }
     if let Some(meta) = &info.meta {
         let options = meta.options.iter().map(|o| format!("{} {}", o.name, o.value)).collect::<Vec<_>>().join(" · ");
         rows.push(("options", options));
-        for input in &meta.inputs {
-            rows.push(("input", format!("{}  {}  {}", input.name, figures::bytes(input.len), input.blake3)));
-        }
+        let inputs = meta.inputs.iter();
+        lines(&mut rows, "input", inputs.map(|i| format!("{}  {}  {}", i.name, figures::bytes(i.len), i.blake3)));
         let dropped = meta.read_counts.iter().filter(|c| c.count > 0);
-        for count in dropped {
-            rows.push(("read", format!("{} {}", figures::count(count.count), count.name.replace('_', " "))));
-        }
-        for note in &meta.notes {
-            rows.push(("note", note.clone()));
-        }
+        lines(&mut rows, "read", dropped.map(|c| format!("{} {}", figures::count(c.count), c.name.replace('_', " "))));
+        lines(&mut rows, "note", meta.notes.iter().cloned());
     }
     rows.iter().map(|(label, value)| format!("{label:<9} {}\n", names::escape(value))).collect()
+}
+
+/// Lines of one kind that are shown to people; a file may have tens of thousands.
+const MOST_LINES: usize = 40;
+
+/// Add a row for each item, up to [`MOST_LINES`], and how many more there are.
+fn lines(rows: &mut Vec<(&str, String)>, label: &'static str, items: impl Iterator<Item = String>) {
+    let items: Vec<String> = items.collect();
+    let count = items.len();
+    rows.extend(items.into_iter().take(MOST_LINES).map(|item| (label, item)));
+    rows.extend(more(count, "--json").map(|text| (label, text)));
+}
+
+/// How many items are not shown, and the option that shows them.
+fn more(count: usize, option: &str) -> Option<String> {
+    (count > MOST_LINES)
+        .then(|| format!("… and {} more; {option} shows them", figures::count((count - MOST_LINES) as u64)))
 }
 
 fn sections(info: &FileInfo) -> String {

@@ -37,7 +37,7 @@ pub struct StatsArgs {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Epo {
-    /// `exact` where that takes about a second a tree at most, `sampled` otherwise
+    /// `exact` where that takes no more work than a few good trees of that size, `sampled` otherwise
     Auto,
     /// Every triangle clipped with every box that it reaches into: long for bad trees of many triangles
     Exact,
@@ -67,7 +67,7 @@ struct Document<'a> {
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
     let mut paths = Vec::new();
     let (reports, exit) = caches::each(&args.files, context, |path| {
-        let opened = caches::open(path, context)?;
+        let opened = caches::open_checked(path, context)?;
         paths.push(path.to_path_buf());
         let (name, view) = (path.to_string_lossy().into_owned(), opened.view());
         let epo = args.epo.mode().map(|mode| EpoReport::of_view(&view, mode, &context.exec));
@@ -130,10 +130,11 @@ fn extreme(e: Extreme, show: impl Fn(f64) -> String) -> String {
     format!("{} (#{})", show(e.value), e.blas)
 }
 
-/// Two digits behind the point, and one standard deviation where it shows there.
+/// Two digits behind the point, one standard deviation where it shows there, and whether it was sampled.
 fn epo(report: &EpoReport) -> String {
     let error = if report.standard_error >= 0.005 { format!(" ±{:.2}", report.standard_error) } else { String::new() };
-    format!("{:.2}{error}", report.value)
+    let sampled = if report.points > 0 { " sampled" } else { "" };
+    format!("{:.2}{error}{sampled}", report.value)
 }
 
 fn share(part: f64, whole: f64) -> f64 {

@@ -28,6 +28,8 @@ pub struct EndPointOverlap {
     variance: f64,
     /// Points asked at; 0 if it is exact.
     points: u64,
+    /// Nodes visited to know all this.
+    visits: u64,
 }
 
 impl EndPointOverlap {
@@ -39,6 +41,11 @@ impl EndPointOverlap {
     /// How many points were asked at; 0 where every triangle was clipped.
     pub fn points(&self) -> u64 {
         self.points
+    }
+
+    /// How many nodes were visited: the work that it took.
+    pub fn visits(&self) -> u64 {
+        self.visits
     }
 
     /// One standard deviation of [`EndPointOverlap::epo`] as an estimate, on the high side; 0 where it is exact.
@@ -56,6 +63,7 @@ impl Add for EndPointOverlap {
             area: self.area + other.area,
             variance: self.variance + other.variance,
             points: self.points + other.points,
+            visits: self.visits.saturating_add(other.visits),
         }
     }
 }
@@ -69,55 +77,73 @@ pub fn exact(tree: &Subtrees, corners: impl Fn(usize) -> [Point; 3] + Sync, exec
     exact_within(tree, corners, u64::MAX, exec).unwrap_or_default()
 }
 
-/// [`exact`], or `None` as soon as it is clear that more than about `most_visits` nodes would be visited.
+/// [`exact`], as long as it visits about `most_visits` nodes at most.
+///
+/// # Errors
+/// The number of nodes visited before it was clear that there are more.
 pub fn exact_within(
     tree: &Subtrees,
     corners: impl Fn(usize) -> [Point; 3] + Sync,
     most_visits: u64,
     exec: &Executor,
-) -> Option<EndPointOverlap> {
-    let all: Vec<u32> = (0..tree.triangles() as u32).collect();
-    let (mut sum, mut visits, mut rest) = (EndPointOverlap::default(), 0u64, &all[..]);
-    while !rest.is_empty() {
+) -> Result<EndPointOverlap, u64> {
+    // A chunk takes every so manieth triangle, so that each tells what the others will cost. One that takes many times its share is stopped:
+    // the whole would take too long, and a single triangle of a bad tree visits every node.
+    let count = tree.triangles();
+    let chunks = count.div_ceil(CHUNK);
+    let most_of_chunk = (most_visits / (chunks.max(1) as u64)).saturating_mul(UNEVEN).saturating_add(LEAST_OF_CHUNK);
+    let of_chunk = |chunk: usize| {
+        let mut sum = EndPointOverlap::default();
+        let mut left = most_of_chunk;
+        for t in (chunk..count).step_by(chunks) {
+            sum = sum + of_triangle(tree, t, &corners(t), &mut left);
+        }
+        EndPointOverlap { visits: most_of_chunk - left, ..sum }
+    };
+    let (mut sum, mut done) = (EndPointOverlap::default(), 0);
+    while done < chunks {
         // Rounds of growing size, so that what the ones before cost tells in time what the next one may.
-        let done = all.len() - rest.len();
-        let (round, others) = rest.split_at(rest.len().min(done.clamp(CHUNK, ROUND)));
-        let parts = exec.map_chunks(round, CHUNK, |_, chunk| {
-            let mut visits = 0;
-            let of = |t: &u32| of_triangle(tree, *t as usize, &corners(*t as usize), &mut visits);
-            (chunk.iter().map(of).fold(EndPointOverlap::default(), Add::add), visits)
-        });
-        sum = parts.iter().fold(sum, |sum, part| sum + part.0);
-        visits += parts.iter().map(|part| part.1).sum::<u64>();
-        rest = others;
-        if visits > most_visits {
-            return None;
+        let round = done.clamp(1, ROUND).min(chunks - done);
+        let parts = exec.map_range(round, |k| of_chunk(done + k));
+        let stopped = parts.iter().any(|part| part.visits >= most_of_chunk);
+        sum = parts.into_iter().fold(sum, Add::add);
+        done += round;
+        if stopped || sum.visits > most_visits {
+            return Err(sum.visits);
         }
     }
-    Some(sum)
+    Ok(sum)
 }
 
-/// Most triangles a round of [`exact_within`].
-const ROUND: usize = 1 << 13;
+/// Most chunks a round of [`exact_within`].
+const ROUND: usize = 32;
+/// A chunk may visit so many times its share of all visits.
+const UNEVEN: u64 = 8;
+/// And so many in any case.
+const LEAST_OF_CHUNK: u64 = 1 << 16;
 
 /// Parts of a triangle below this share of it are rounding, left where it only touches a box.
 const TOUCH: f64 = 1e-12;
 
-fn of_triangle(tree: &Subtrees, triangle: usize, corners: &[Point; 3], visits: &mut u64) -> EndPointOverlap {
+/// `left`: how many nodes may still be visited. At 0 the answer is worth nothing.
+fn of_triangle(tree: &Subtrees, triangle: usize, corners: &[Point; 3], left: &mut u64) -> EndPointOverlap {
     let whole = Polygon::triangle(corners);
     let area = whole.area();
     let bounds = Aabb::from_points(corners);
     let mut cost = 0.0;
     let mut stack = if tree.nodes().is_empty() { Vec::new() } else { vec![0u32] };
     while let Some(i) = stack.pop() {
-        *visits += 1;
+        if *left == 0 {
+            break;
+        }
+        *left -= 1;
         if bounds.intersection(tree.nodes()[i as usize].bounds()).is_empty() {
             continue;
         }
         if tree.owns(i, triangle) {
             stack.extend(tree.children(i).into_iter().flatten());
         } else {
-            cost += below_foreign(tree, i, whole, TOUCH * area, visits);
+            cost += below_foreign(tree, i, whole, TOUCH * area, left);
         }
     }
     EndPointOverlap { cost, area, ..EndPointOverlap::default() }
@@ -125,11 +151,14 @@ fn of_triangle(tree: &Subtrees, triangle: usize, corners: &[Point; 3], visits: &
 
 /// Σ C_n · area of the polygon's part in n, over a node that does not hold the triangle and all below it. A child's box lies in its
 /// parent's, so what the parent left is cut further.
-fn below_foreign(tree: &Subtrees, top: u32, whole: Polygon, least: f64, visits: &mut u64) -> f64 {
+fn below_foreign(tree: &Subtrees, top: u32, whole: Polygon, least: f64, left: &mut u64) -> f64 {
     let mut cost = 0.0;
     let mut stack = vec![(top, whole)];
     while let Some((i, mut part)) = stack.pop() {
-        *visits += 1;
+        if *left == 0 {
+            break;
+        }
+        *left -= 1;
         let node = &tree.nodes()[i as usize];
         part.cut_exactly(&node.bounds());
         let area = part.area();
@@ -147,7 +176,7 @@ fn below_foreign(tree: &Subtrees, top: u32, whole: Polygon, least: f64, visits: 
 }
 
 /// Ask at `points` points, spread over the surface in proportion to area; at fewer where so many nodes contain each of them that more than
-/// [`MOST_VISITS`] would be visited, so that the time is bounded on every tree.
+/// about `most_visits` would be visited, so that the time is bounded on every tree.
 ///
 /// How far along the accumulated area the points stand follows the golden ratio, which spreads any number of them evenly; where in their
 /// triangles, pseudo-random numbers that are the same each time.
@@ -155,6 +184,7 @@ pub fn sampled(
     tree: &Subtrees,
     corners: impl Fn(usize) -> [Point; 3] + Sync,
     points: usize,
+    most_visits: u64,
     exec: &Executor,
 ) -> EndPointOverlap {
     let mut area = 0.0;
@@ -175,31 +205,47 @@ pub fn sampled(
 
     // Rounds that double: whether there is another one depends on what the ones before cost, and on nothing else.
     let (mut total, mut done) = (Tally::default(), 0);
-    while done < points && total.visits < MOST_VISITS {
+    while done < points && total.visits < most_visits {
         let round: Vec<u32> = (done..points.min((2 * done).max(CHUNK))).map(|j| j as u32).collect();
         done += round.len();
-        let parts = exec
-            .map_chunks(&round, CHUNK, |_, chunk| chunk.iter().map(|j| at_number(*j)).fold(Tally::default(), Add::add));
+        let parts = exec.map_chunks(&round, CHUNK, |_, chunk| {
+            let mut sum = Tally::default();
+            for j in chunk {
+                sum = sum + at_number(*j);
+                // Each point may visit every node: a chunk alone could be too much.
+                if sum.visits >= most_visits {
+                    break;
+                }
+            }
+            sum
+        });
         total = parts.into_iter().fold(total, Add::add);
     }
-    let count = done as f64;
+    let count = total.points as f64;
     let mean = total.cost / count;
     let spread = (total.squares / count - mean * mean).max(0.0);
-    EndPointOverlap { cost: mean * area, area, variance: spread / count * area * area, points: done as u64 }
+    let variance = spread / count * area * area;
+    EndPointOverlap { cost: mean * area, area, variance, points: total.points, visits: total.visits }
 }
 
-/// Nodes visited by [`sampled`] before it takes no further points: about a second's worth on one core. As fair a bound for
-/// [`exact_within`], which visits some 40 a triangle where trees are good.
+/// Nodes that may be visited, whatever the tree: about a second's worth on one core.
 pub const MOST_VISITS: u64 = 1 << 27;
+
+/// Nodes that may be visited to measure a tree over so many triangles: three times what a good tree takes, so that a bad one takes no
+/// longer than a few good ones.
+pub fn fair_visits(triangles: usize) -> u64 {
+    MOST_VISITS.min((1 << 20) + 128 * triangles as u64)
+}
 
 /// The golden ratio less one.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// Costs at points: their sum, the sum of their squares, and how many nodes were visited to know them.
+/// Costs at points: their sum, the sum of their squares, how many points there are and how many nodes were visited to know them.
 #[derive(Clone, Copy, Default)]
 struct Tally {
     cost: f64,
     squares: f64,
+    points: u64,
     visits: u64,
 }
 
@@ -210,6 +256,7 @@ impl Add for Tally {
         Tally {
             cost: self.cost + other.cost,
             squares: self.squares + other.squares,
+            points: self.points + other.points,
             visits: self.visits + other.visits,
         }
     }
@@ -238,7 +285,7 @@ fn at_point(tree: &Subtrees, triangle: usize, point: &[f64; 3]) -> Tally {
         cost += if held { 0.0 } else { cost_of_visit(node) };
         stack.extend(tree.children(i).into_iter().flatten().map(|c| (c, held)));
     }
-    Tally { cost, squares: cost * cost, visits }
+    Tally { cost, squares: cost * cost, points: 1, visits }
 }
 
 #[cfg(test)]
@@ -272,7 +319,7 @@ mod tests {
         let one = exact(&tree, |t| corners[t], &Executor::sequential());
         assert!((one.epo() - 0.375).abs() < 1e-12, "{one:?}");
         assert_eq!(one.standard_error(), 0.0);
-        let points = sampled(&tree, |t| corners[t], 10_000, &Executor::sequential());
+        let points = sampled(&tree, |t| corners[t], 10_000, MOST_VISITS, &Executor::sequential());
         assert!((points.epo() - 0.375).abs() < 0.01 && points.standard_error() < 0.01, "{points:?}");
         assert!((points.area - 1.0).abs() < 1e-12);
 
@@ -286,10 +333,13 @@ mod tests {
         let nodes = [Node::leaf(flat([0.0; 3], [1.0, 1.0, 0.0]), 0, 2), bytemuck::Zeroable::zeroed()];
         let tree = Subtrees::new(&nodes, &[0, 1], 2);
         assert_eq!(exact(&tree, |t| corners[t], &Executor::sequential()).epo(), 0.0);
-        assert_eq!(sampled(&tree, |t| corners[t], 64, &Executor::sequential()).epo(), 0.0);
+        assert_eq!(sampled(&tree, |t| corners[t], 64, MOST_VISITS, &Executor::sequential()).epo(), 0.0);
         let none = Subtrees::new(&[], &[], 0);
         assert_eq!(exact(&none, |_| [[0.0; 3]; 3], &Executor::sequential()), EndPointOverlap::default());
-        assert_eq!(sampled(&none, |_| [[0.0; 3]; 3], 64, &Executor::sequential()), EndPointOverlap::default());
+        assert_eq!(
+            sampled(&none, |_| [[0.0; 3]; 3], 64, MOST_VISITS, &Executor::sequential()),
+            EndPointOverlap::default()
+        );
     }
 
     /// Slivers in all directions, so that boxes overlap and splits happen.
@@ -345,13 +395,14 @@ mod tests {
             assert!(expected > 1.0, "a scene that tests something: {expected}");
 
             // Points agree within three of their standard errors, and threads change no bit.
-            let points = sampled(&subtrees, |t| mesh.corners(t), 20_000, &Executor::sequential());
+            let points = sampled(&subtrees, |t| mesh.corners(t), 20_000, MOST_VISITS, &Executor::sequential());
             assert!((points.epo() - expected).abs() < 3.0 * points.standard_error(), "{points:?} for {expected}");
             let two = Executor::new(2).unwrap();
             assert_eq!(exact(&subtrees, |t| mesh.corners(t), &two), ours);
-            assert_eq!(exact_within(&subtrees, |t| mesh.corners(t), 1 << 30, &two), Some(ours));
-            assert_eq!(exact_within(&subtrees, |t| mesh.corners(t), 10_000, &two), None);
-            assert_eq!(sampled(&subtrees, |t| mesh.corners(t), 20_000, &two), points);
+            assert_eq!(exact_within(&subtrees, |t| mesh.corners(t), 1 << 30, &two), Ok(ours));
+            let visited = exact_within(&subtrees, |t| mesh.corners(t), 10_000, &two);
+            assert!(visited.is_err_and(|visits| visits < ours.visits()), "{visited:?}, {}", ours.visits());
+            assert_eq!(sampled(&subtrees, |t| mesh.corners(t), 20_000, MOST_VISITS, &two), points);
         }
     }
 }

@@ -3,8 +3,8 @@
 use bvhc::cache::check::{Level, Limits, Report, Source, check_bytes};
 use bvhc::cache::rules::{self, Rule};
 use bvhc::cache::{
-    Header, Image, InstanceRecord, SectionEntry, SectionKind, TriangleRecord, WriteOptions, section_flags, to_bytes,
-    tree_flags,
+    Codec, Header, Image, InstanceRecord, SectionEntry, SectionKind, TriangleRecord, WriteOptions, section_flags,
+    to_bytes, tree_flags,
 };
 use bvhc::exec::Executor;
 use bvhc::geom::Affine;
@@ -18,6 +18,8 @@ use super::valid;
 /// A file that breaks one rule.
 pub struct Invalid {
     pub rule: &'static Rule,
+    /// What is special about it; empty for the one plain file of the rule.
+    pub case: &'static str,
     pub bytes: Vec<u8>,
     /// Its bytes depend on the compressor's version.
     pub packed: bool,
@@ -46,13 +48,14 @@ pub struct Model {
     pub instances: Option<Vec<Instance>>,
 }
 
-/// One file for each rule of the catalogue, in no order.
+/// One file for each rule of the catalogue and some further ones, in no order.
 pub fn all() -> Vec<Invalid> {
-    [container(), hashes(), counts(), topology(), triangles(), instances(), source()].into_iter().flatten().collect()
+    let groups = [container(), hashes(), counts(), topology(), triangles(), instances(), source(), cases()];
+    groups.into_iter().flatten().collect()
 }
 
 fn broken(rule: &'static Rule, bytes: Vec<u8>) -> Invalid {
-    Invalid { rule, bytes, packed: false, source: None, limits: Limits::default() }
+    Invalid { rule, case: "", bytes, packed: false, source: None, limits: Limits::default() }
 }
 
 fn plane() -> Vec<u8> {
@@ -149,6 +152,8 @@ fn hashes() -> Vec<Invalid> {
         sections.iter_mut().filter(|(e, _)| e.kind == kind).for_each(|(_, data)| data.push(0));
         put_together(header, sections)
     };
+    let mut absolute = plane();
+    replace(bytes::stored(&mut absolute, SectionKind::META), b"vector.obj", b"/ector.obj");
     let mut names = file(&valid::parts());
     bytes::stored(&mut names, SectionKind::NAMS)[8] = 200; // where the first name ends
     vec![
@@ -160,7 +165,14 @@ fn hashes() -> Vec<Invalid> {
         broken(&rules::E0206, longer(SectionKind::META)),
         broken(&rules::E0207, with_header(plane(), |h| h.build_key[0] ^= 1)),
         broken(&rules::E0208, refix(names)),
+        broken(&rules::E0209, refix(absolute)),
     ]
+}
+
+/// Overwrite the first place where `old` stands.
+fn replace(bytes: &mut [u8], old: &[u8], new: &[u8]) {
+    let at = bytes.windows(old.len()).position(|w| w == old).unwrap();
+    bytes[at..at + new.len()].copy_from_slice(new);
 }
 
 /// A file made from an edited image; the SAH follows the edit.
@@ -278,6 +290,10 @@ fn topology() -> Vec<Invalid> {
         }),
         edited(&rules::E0413, |i| i.nodes[1].count = 1),
         edited(&rules::E0414, |i| i.blases[0].min[0] = i.blases[0].min[0].next_down()),
+        edited(&rules::E0428, |i| {
+            i.nodes[0].max[1] += 1.0;
+            i.blases[0].max[1] += 1.0;
+        }),
         image(&rules::E0426, four(), |i| {
             (i.nodes[2].first, i.nodes[3].first) = (6, 4);
             for k in 0..2 {
@@ -411,6 +427,76 @@ fn source() -> Vec<Invalid> {
         },
         against(&rules::E0606, other_input, seven()),
     ]
+}
+
+/// Files that break a rule in a way that is easily overlooked.
+fn cases() -> Vec<Invalid> {
+    let case = |rule, case, bytes| Invalid { case, ..broken(rule, bytes) };
+    let (header, mut nameless) = take_apart(&plane());
+    nameless.retain(|(e, _)| e.kind != SectionKind::NAMS);
+    let (two_meshes, skewed) = (vec![pile(3)], skewed_instance());
+    vec![
+        case(&rules::E0123, "meta-records", with_entry(plane(), SectionKind::META, |e| e.elem_count = 3)),
+        case(&rules::E0208, "names-of-nobody", names_of_nobody()),
+        case(&rules::E0320, "no-names", put_together(header, nameless)),
+        Invalid { packed: true, ..case(&rules::E0311, "bomb", bomb(8)) },
+        Invalid { packed: true, ..case(&rules::E0410, "bomb", bomb(BOMB)) },
+        case(&rules::E0425, "square-inside", file(&square_inside())),
+        case(&rules::E0502, "terms-cancel", {
+            let blases = vec![tree(&two_meshes[0], 2)];
+            let accel = scenes::with_top(two_meshes, blases, vec![skewed]);
+            let mut image = Image::new(&accel, &Executor::current()).unwrap();
+            let m = &mut image.instances[0].world_to_object;
+            (m[0], m[1], m[4], m[5]) = (1e4, -1e4, -1e4, 1e4);
+            file(&image)
+        }),
+    ]
+}
+
+/// A matrix that is nearly singular: terms of 10⁸ cancel in its products.
+fn skewed_instance() -> Instance {
+    let rows = [[1e4, 1e4, 0.0, 0.0], [1e4, f64::from(1e4f32.next_up()), 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+    Instance { mesh: 0, transform: Affine { rows }, node: 0, name: String::new() }
+}
+
+/// Triangles of [`bomb`].
+const BOMB: u32 = 1 << 19;
+
+/// Eight nodes and half a million triangles, all zero: a few kilobytes that decode to 24 MB. `stated` is what the row of BLAS says.
+fn bomb(stated: u32) -> Vec<u8> {
+    let mut image = valid::plane();
+    image.triangles = vec![bytemuck::Zeroable::zeroed(); BOMB as usize];
+    image.blases[0].ref_count = stated;
+    let options = WriteOptions { codec: Codec::Zstd { level: 3 }, check: false };
+    to_bytes(&image, &scenes::meta(), &options, &Executor::current()).unwrap()
+}
+
+/// NAMS with empty names alone, which is left out where no part has a name.
+fn names_of_nobody() -> Vec<u8> {
+    let mesh = scenes::soup("", &[[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]);
+    let tree = tree(&mesh, 1);
+    let names: [u8; 12] = [1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    let added = bytes::with_section(&file(&one_level(mesh, tree)), *b"NAMS", section_flags::COPY_SAFE, &names);
+    with_entry(added, SectionKind::NAMS, |e| e.elem_count = 1)
+}
+
+/// Four leaves that hold the corners, the edges and the middle of a triangle, and not a square inside.
+fn square_inside() -> Image {
+    let mesh = scenes::soup("wide", &[[[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]]);
+    let flat =
+        |min: [f32; 2], max: [f32; 2]| bvhc::geom::Aabb { min: [min[0], min[1], 0.0], max: [max[0], max[1], 0.0] };
+    let all = flat([0.0, 0.0], [4.0, 4.0]);
+    let nodes = vec![
+        Node::inner(all, 2),
+        zero_node(),
+        Node::leaf(flat([0.0, 0.0], [0.5, 4.0]), 0, 1),
+        Node::inner(all, 4),
+        Node::leaf(flat([0.501, 0.0], [4.0, 3.499]), 1, 1),
+        Node::inner(all, 6),
+        Node::leaf(flat([0.5, 0.0], [0.501, 0.5]), 2, 1),
+        Node::leaf(flat([0.5, 0.501], [0.501, 4.0]), 3, 1),
+    ];
+    one_level(mesh, Tree { nodes, refs: vec![0; 4] })
 }
 
 /// Pairs that share their children: see `E0404`.

@@ -1,4 +1,5 @@
-//! The test vectors of the format: small valid files, and one invalid file for each rule of the catalogue.
+//! The test vectors of the format: small valid files, one invalid file for each rule of the catalogue, and further ones where a rule is easily
+//! asked too little.
 //!
 //! They are made here, from hand-made trees, so that no change of a builder changes them. `cargo run --example vectors` writes them to
 //! `format-spec/vectors`; `tests/vectors.rs` holds what is committed there against what is made here.
@@ -30,7 +31,10 @@ pub fn files() -> Vec<File> {
         files.push(File { path: format!("valid/{}.info.json", v.name), bytes: info.into_bytes(), packed: v.packed });
     }
     for v in invalid::all() {
-        let path = v.rule.vector().trim_start_matches("format-spec/vectors/").to_owned();
+        let mut path = v.rule.vector().trim_start_matches("format-spec/vectors/").to_owned();
+        if !v.case.is_empty() {
+            path = path.replace(".bvhc", &format!(".{}.bvhc", v.case));
+        }
         files.push(File { path, bytes: v.bytes, packed: v.packed });
     }
     files.sort_by(|a, b| a.path.cmp(&b.path));

@@ -2,6 +2,9 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::report::Place;
+use super::rules::Rule;
+
 /// Why a cache could not be read, written or converted.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -155,6 +158,14 @@ impl Fault {
 
     pub fn unsupported(rule: &'static str, detail: impl Into<String>) -> Fault {
         Fault { rule, detail: detail.into(), class: FaultClass::Unsupported }
+    }
+
+    /// A breach of a rule at a place, in the rule's own words.
+    pub fn breach(rule: &'static Rule, place: Place, expected: &str, actual: &str) -> Fault {
+        let text = rule.describe(expected, actual);
+        let detail = if place.section.is_some() { format!("{place}: {text}") } else { text };
+        let class = if rule.is_unsupported() { FaultClass::Unsupported } else { FaultClass::Invalid };
+        Fault { rule: rule.id, detail, class }
     }
 
     pub fn memory(needed: u128, limit: u64) -> Fault {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::container::{self, Container, is_understood};
+use super::container::{self, Container};
 use super::error::{CacheError, Fault};
 use super::reader::{self, FileBytes, OpenOptions};
 use super::{MAX_META_LEN, Meta};
@@ -32,8 +32,11 @@ impl Head {
     }
 
     fn parse(file: &[u8]) -> Result<Head, Fault> {
-        let Container { header, entries } = Container::parse(file)?;
-        let (meta, meta_error) = match entries.iter().find(|e| e.kind == SectionKind::META && is_understood(e)) {
+        let container = Container::parse(file)?;
+        container.check_head()?;
+        let meta = container.find(SectionKind::META, 0);
+        let Container { header, entries, .. } = container;
+        let (meta, meta_error) = match meta.and_then(|i| entries.get(i)) {
             Some(entry) => match read_meta(file, entry)? {
                 Ok(meta) => (Some(meta), None),
                 Err(fault) => (None, Some(fault.to_string())),

@@ -45,6 +45,13 @@ pub struct Dependency {
 }
 
 impl Dependency {
+    /// Whether the name is an absolute path on any system, which it must not be: `/a`, and `C:/a` or `C:\a`.
+    pub fn is_absolute(&self) -> bool {
+        let drive = |(drive, _): &(&str, &str)| drive.len() == 1;
+        let behind_drive = self.name.split_once(':').filter(drive).map(|(_, rest)| rest);
+        self.name.starts_with('/') || behind_drive.is_some_and(|rest| rest.starts_with(['/', '\\']))
+    }
+
     pub const MODEL: u32 = 0;
     /// A file that the model names.
     pub const BUFFER: u32 = 1;

@@ -12,12 +12,13 @@ mod meta;
 #[cfg(feature = "zstd")]
 mod pack;
 mod reader;
+mod report;
 pub mod rules;
 
 pub use crate::layout::{
-    BUILDERS, BlasRecord, BlasView, GeomRecord, Header, InstanceRecord, KINDS, KNOWN_REQUIRED_FEATURES, KindRule,
-    MAGIC, MAJOR, MAX_SECTIONS, MAX_STRING_LEN, MIN_MINOR, MINOR, NO_NODE, Names, Presence, SectionEntry, SectionKind,
-    TriangleRecord, View, builder_id, clip_name, section_flags, tree_flags,
+    BlasRecord, BlasView, GeomRecord, Header, InstanceRecord, KINDS, KNOWN_REQUIRED_FEATURES, KindRule, MAGIC, MAJOR,
+    MAX_SECTIONS, MAX_STRING_LEN, MIN_MINOR, MINOR, NO_NODE, Names, Presence, SectionEntry, SectionKind,
+    TriangleRecord, View, clip_name, section_flags, tree_flags,
 };
 pub use error::{CacheError, ErrorKind, Limited};
 pub use head::Head;
@@ -27,6 +28,8 @@ pub use reader::{Cache, FileBytes, OpenOptions, Opened, Validation};
 /// What writers of files share with the reader. Not part of the stable interface.
 #[doc(hidden)]
 pub mod parts {
+    #[cfg(feature = "testing")]
+    pub use super::check::cover::{Cover, Covered, most_steps};
     pub use super::container::{Container, check_tree_flags, is_known_codec, is_understood};
     pub use super::error::{Fault, FaultClass};
     #[cfg(feature = "zstd")]

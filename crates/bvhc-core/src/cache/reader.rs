@@ -8,12 +8,12 @@ use std::path::Path;
 use bytemuck::Pod;
 
 use super::aligned::AlignedBytes;
-use super::container::{self, Container, is_understood};
+use super::container::{self, Container, First, is_understood};
 use super::error::{CacheError, Fault};
 #[cfg(feature = "zstd")]
 use super::pack;
 use super::rules::Severity;
-use super::{Header, Meta, View, check, keys};
+use super::{Header, Meta, View, check};
 use crate::exec::Executor;
 use crate::layout::Node;
 use crate::layout::{
@@ -62,9 +62,8 @@ pub type Cache = Opened<'static>;
 /// An open cache file. [`Cache`] is the form that owns or maps its bytes; [`Cache::from_slice`] gives one that borrows them.
 pub struct Opened<'a> {
     bytes: FileBytes<'a>,
-    header: Header,
-    entries: Vec<SectionEntry>,
-    /// The decoded bytes of each packed section, parallel to `entries`.
+    container: Container,
+    /// The decoded bytes of each packed section, parallel to the section table.
     decoded: Vec<Option<AlignedBytes>>,
     places: Places,
     meta: Option<Meta>,
@@ -125,7 +124,7 @@ impl FileBytes<'_> {
     }
 }
 
-/// Index of each kind's table entry.
+/// Index of each kind's table entry, number 0.
 #[derive(Clone, Copy)]
 struct Places {
     node: Option<usize>,
@@ -197,8 +196,8 @@ const GIVEN: &str = "the given bytes";
 
 impl<'a> Opened<'a> {
     fn new(bytes: FileBytes<'a>, name: &str, options: &OpenOptions, exec: &Executor) -> Result<Opened<'a>, CacheError> {
-        let Container { header, entries } = Container::parse(bytes.as_slice()).map_err(|fault| fault.of(name))?;
-        let find = |kind| entries.iter().position(|e| e.kind == kind && is_understood(e));
+        let container = Container::parse(bytes.as_slice()).map_err(|fault| fault.of(name))?;
+        let find = |kind| container.find(kind, 0);
         let places = Places {
             node: find(SectionKind::NODE),
             tris: find(SectionKind::TRIS),
@@ -209,9 +208,9 @@ impl<'a> Opened<'a> {
             nams: find(SectionKind::NAMS),
         };
         let meta_place = find(SectionKind::META);
-        let decoded = entries.iter().map(|_| None).collect();
+        let decoded = container.entries.iter().map(|_| None).collect();
         let (meta, meta_error, validation) = (None, None, options.validation);
-        let mut cache = Opened { bytes, header, entries, decoded, places, meta, meta_error, validation };
+        let mut cache = Opened { bytes, container, decoded, places, meta, meta_error, validation };
         cache.fill(meta_place, options, exec).map_err(|fault| fault.of(name))?;
         if options.validation >= Validation::Tree {
             cache.check_records(exec).map_err(|fault| fault.of(name))?;
@@ -224,15 +223,21 @@ impl<'a> Opened<'a> {
         // Hold what decoding will take against the limit before anything is allocated.
         let packed = |e: &&SectionEntry| e.codec == SectionEntry::ZSTD;
         let owned = self.bytes.owned_len();
-        let needed = self.entries.iter().filter(packed).map(|e| u128::from(e.raw_len)).sum::<u128>() + owned as u128;
+        let entries = &self.container.entries;
+        let needed = entries.iter().filter(packed).map(|e| u128::from(e.raw_len)).sum::<u128>() + owned as u128;
         if needed > u128::from(options.max_memory) {
             return Err(Fault::memory(needed, options.max_memory));
         }
+        let any_packed = entries.iter().any(|e| e.codec == SectionEntry::ZSTD);
+        self.container.check_head()?;
 
         // A decoder sees only bytes that were hashed, at every level; so does the reader of META.
+        // The rows of BLAS come first: what they contradict is not worth decoding.
         let thorough = options.validation >= Validation::Hash;
-        for i in 0..self.entries.len() {
-            let entry = self.entries[i];
+        let blas = self.places.blas;
+        let others = (0..self.container.entries.len()).filter(|i| Some(*i) != blas);
+        for i in blas.into_iter().chain(others) {
+            let entry = self.container.entries[i];
             let decode = entry.codec == SectionEntry::ZSTD && (thorough || is_understood(&entry));
             if thorough || decode || Some(i) == meta_place {
                 check_hash("E0201", &entry, self.stored_bytes(i), &entry.stored_hash, exec)?;
@@ -248,6 +253,9 @@ impl<'a> Opened<'a> {
                     Err(_) => {}
                 }
             }
+            if Some(i) == blas && any_packed {
+                self.check_rows()?;
+            }
         }
         if let Some(bytes) = meta_place.and_then(|i| self.section_bytes(i)) {
             match Meta::decode(bytes) {
@@ -255,29 +263,45 @@ impl<'a> Opened<'a> {
                 Err(fault) => self.meta_error = Some(fault.to_string()),
             }
         } else if self.meta_error.is_none() {
-            self.meta_error = container::later_meta(&self.entries);
+            self.meta_error = container::later_meta(&self.container.entries);
         }
-        if thorough && keys::content_id(&self.entries) != self.header.content_id {
-            return Err(Fault::invalid("E0204", "content_id does not follow from the section table"));
+        if thorough {
+            let mut first = First::default();
+            _ = self.container.check_content_id(&mut first);
+            first.result()?;
         }
         Ok(())
+    }
+
+    /// Hold the rows of BLAS against the lengths that the table states for NODE and TRIS.
+    fn check_rows(&self) -> Result<(), Fault> {
+        let count = |place: Option<usize>| place.and_then(|i| self.sections().get(i)).map_or(0, |e| e.elem_count);
+        let (nodes, triangles) = (count(self.places.node), count(self.places.tris));
+        let mut first = First::default();
+        _ = check::check_rows(self.blases(), nodes, triangles, &mut first);
+        first.result()
     }
 
     /// Look into every record and say the first thing that is wrong.
     fn check_records(&self, exec: &Executor) -> Result<(), Fault> {
         let limits = check::Limits { max_issues: 1, ..check::Limits::default() };
-        let report = check::check_records(&self.view(), self.header.tree_flags, Some(&self.header), &limits, exec);
+        let report = check::check_records(&self.view(), self.header().tree_flags, Some(self.header()), &limits, exec);
         let error = report.findings.into_iter().find(|f| f.rule.severity() == Severity::Error);
         error.map_or(Ok(()), |f| Err(Fault::invalid(f.rule.id, format!("{}: {}", f.place, f.detail))))
     }
 
     pub fn header(&self) -> &Header {
-        &self.header
+        &self.container.header
     }
 
     /// The section table, unknown sections included.
     pub fn sections(&self) -> &[SectionEntry] {
-        &self.entries
+        &self.container.entries
+    }
+
+    /// The index in [`Cache::sections`] of the section of this kind and number, if this version can read it.
+    pub fn find(&self, kind: SectionKind, ordinal: u32) -> Option<usize> {
+        self.container.find(kind, ordinal)
     }
 
     /// The level at which the file was opened.
@@ -342,7 +366,7 @@ impl<'a> Opened<'a> {
     /// The decoded bytes of section `index` of [`Cache::sections`]; `None` for an unknown codec, for a section that may be ignored and
     /// cannot be decoded, and at [`Validation::Quick`] for packed sections of unknown kinds.
     pub fn section_bytes(&self, index: usize) -> Option<&[u8]> {
-        match self.entries.get(index)?.codec {
+        match self.sections().get(index)?.codec {
             SectionEntry::RAW => Some(self.stored_bytes(index)),
             _ => self.decoded.get(index)?.as_ref().map(AlignedBytes::as_slice),
         }
@@ -350,7 +374,7 @@ impl<'a> Opened<'a> {
 
     /// The bytes of section `index` as they stand in the file; empty beyond the table.
     pub fn stored_bytes(&self, index: usize) -> &[u8] {
-        let range = self.entries.get(index).and_then(|e| Some(to_usize(e.offset)?..to_usize(e.end()?)?));
+        let range = self.sections().get(index).and_then(|e| Some(to_usize(e.offset)?..to_usize(e.end()?)?));
         // The container checks found every range inside the file, so this finds it there too.
         range.and_then(|range: Range<usize>| self.bytes.as_slice().get(range)).unwrap_or_default()
     }
@@ -370,7 +394,10 @@ const _: fn() = || {
 
 impl std::fmt::Debug for Opened<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Cache").field("header", &self.header).field("sections", &self.entries).finish_non_exhaustive()
+        f.debug_struct("Cache")
+            .field("header", self.header())
+            .field("sections", &self.sections())
+            .finish_non_exhaustive()
     }
 }
 

@@ -38,7 +38,8 @@ pub struct Header {
     pub section_table_off: u64,
     /// Bits of [`tree_flags`](super::tree_flags).
     pub tree_flags: u32,
-    /// A number of [`BUILDERS`], 0 for a method without one.
+    /// Information that nothing may depend on: 1 where `binned` and 2 where `sbvh` built the trees, 0 for every other method. META
+    /// names the method.
     pub builder_id: u32,
     /// BLAKE3 over header and table; see [`keys::file_id`](crate::cache::keys::file_id).
     pub file_id: [u8; 32],
@@ -73,12 +74,6 @@ impl Header {
         Aabb { min: self.scene_min, max: self.scene_max }
     }
 
-    /// The name of the method in [`BUILDERS`], if it has a number there.
-    #[inline]
-    pub fn builder_name(&self) -> Option<&'static str> {
-        BUILDERS.iter().find(|(id, _)| *id == self.builder_id).map(|(_, name)| *name)
-    }
-
     /// Is a bit of [`tree_flags`](super::tree_flags) set?
     #[inline]
     pub fn has(&self, flag: u32) -> bool {
@@ -95,13 +90,4 @@ crate::pod::plain! {
     Header = [
         [u8; 8], [u16; 4], [u64; 3], [u32; 2], u64, [u32; 2], [[u8; 32]; 3], [u64; 3], [u32; 4], [[f32; 3]; 2], [u8; 32],
     ];
-}
-
-/// The registry of build methods. A number is never used again for another method.
-pub const BUILDERS: [(u32, &str); 2] = [(1, "binned"), (2, "sbvh")];
-
-/// The registered number of a method, 0 if it has none.
-#[inline]
-pub fn builder_id(method: &str) -> u32 {
-    BUILDERS.iter().find(|(_, name)| *name == method).map_or(0, |(id, _)| *id)
 }

@@ -123,9 +123,11 @@ pub struct KindRule {
     /// Bytes a record, 0 for opaque content.
     pub elem_size: u32,
     pub presence: Presence,
+    /// Sections of this kind have the numbers below this one: 1 for every kind of version 1.0.
+    pub ordinals: u32,
 }
 
-/// When a known kind stands in a file. No kind stands there twice.
+/// When a known kind stands in a file. No kind and number stand there twice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {
     /// In every file, with zero records if need be.
@@ -139,7 +141,7 @@ pub enum Presence {
 pub const KINDS: [KindRule; 8] = {
     use section_flags::{CONTENT, COPY_SAFE, CRITICAL};
     const fn rule(kind: SectionKind, flags: u32, elem_size: u32, presence: Presence) -> KindRule {
-        KindRule { kind, schema: 1, flags, elem_size, presence }
+        KindRule { kind, schema: 1, flags, elem_size, presence, ordinals: 1 }
     }
     [
         rule(SectionKind::NODE, CRITICAL | CONTENT, 32, Presence::Always),

@@ -68,7 +68,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
 fn one(path: &Path, args: &VerifyArgs, how: &Measure, context: &Context) -> Result<Report, Failure> {
     let bar = Bar::new(&context.terminal, &names::path(path));
     bar.spin("opening");
-    let cache = caches::open(path, context)?;
+    let cache = caches::open_checked(path, context)?;
     let Held { scene, .. } = scene_for(&cache, path, args, context)?;
     let subject = Subject::new(cache.view(), &scene, &context.exec);
     bar.phase("measuring", how.steps(scene.instanced_triangles()));

@@ -1,5 +1,5 @@
-use super::report::{Place, Report};
 use super::topology::{MAX_LEAF, TreePlace};
+use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::exec::Executor;
 use crate::geom::Aabb;
@@ -43,12 +43,13 @@ pub fn check(
 ) -> Report {
     let mut out = Report::new(max_issues);
     let in_leaves = items.filter(|_| tiled);
+    let refits = items.is_some_and(|items| !items.split);
     let chunks = exec.map_range(nodes.len().div_ceil(CHUNK), |c| {
         let mut part = Report::new(max_issues);
         let end = ((c + 1) * CHUNK).min(nodes.len());
         for i in c * CHUNK..end {
             if i != 1 {
-                check_node(nodes, i, in_leaves, at, &mut part);
+                check_node(nodes, i, in_leaves, refits, at, &mut part);
             }
         }
         part
@@ -70,7 +71,7 @@ pub fn check(
     out
 }
 
-fn check_node(nodes: &[Node], i: usize, items: Option<Items<'_>>, at: TreePlace, out: &mut Report) {
+fn check_node(nodes: &[Node], i: usize, items: Option<Items<'_>>, refits: bool, at: TreePlace, out: &mut Report) {
     let node = &nodes[i];
     let bounds = node.bounds();
     if !bounds.is_valid() {
@@ -83,11 +84,22 @@ fn check_node(nodes: &[Node], i: usize, items: Option<Items<'_>>, at: TreePlace,
         if first <= i || !first.is_multiple_of(2) {
             return;
         }
+        let mut below = Aabb::EMPTY;
         for child in [first, first + 1] {
-            let Some(inner) = nodes.get(child).map(Node::bounds) else { continue };
-            if !bounds.contains(&inner) && inner.is_valid() {
+            let Some(inner) = nodes.get(child).map(Node::bounds) else { return };
+            if !inner.is_valid() {
+                // It is told of as a node of its own.
+                below = below.union(bounds);
+                continue;
+            }
+            below = below.union(inner);
+            if !bounds.contains(&inner) {
+                below = below.union(bounds);
                 out.add(&rules::E0411, at.node(child), || (show(&bounds), show(&inner)));
             }
+        }
+        if refits {
+            check_tight(&bounds, &below, at.node(i), out);
         }
         return;
     }
@@ -95,15 +107,19 @@ fn check_node(nodes: &[Node], i: usize, items: Option<Items<'_>>, at: TreePlace,
     // A tiled leaf lies within the list, but a huge one is not worth a loop that trusts it.
     let first = node.first as usize;
     let Some(triangles) = items.triangles.get(first..first.saturating_add(node.count as usize)) else { return };
+    let mut below = Aabb::EMPTY;
     for (k, triangle) in triangles.iter().enumerate() {
         let slot = first + k;
         if !check_fields(triangle, slot, &items, out) {
+            below = below.union(bounds);
             continue;
         }
         let inner = Aabb::from_points(&triangle.corners());
+        below = below.union(inner);
         if bounds.contains(&inner) {
             continue;
         }
+        below = below.union(bounds);
         let whole = !items.split || triangle.flags & TriangleRecord::DUPLICATED == 0;
         if whole {
             out.add(&rules::E0419, items.place(slot), || (show(&bounds), show(&inner)));
@@ -113,6 +129,15 @@ fn check_node(nodes: &[Node], i: usize, items: Option<Items<'_>>, at: TreePlace,
     }
     if items.split {
         check_repeats(triangles, first, &items, out);
+    } else {
+        check_tight(&bounds, &below, at.node(i), out);
+    }
+}
+
+/// A box is no larger than what it holds. `below` reaches beyond it where that has been told already.
+fn check_tight(bounds: &Aabb, below: &Aabb, place: Place, out: &mut Report) {
+    if !below.contains(bounds) {
+        out.add(&rules::E0428, place, || (show(below), show(bounds)));
     }
 }
 
@@ -188,6 +213,11 @@ fn check_repeats(triangles: &[TriangleRecord], first: usize, items: &Items<'_>, 
             });
         }
     }
+}
+
+/// A box stated twice is the same to the bit, the signs of its zeros included.
+pub fn bits(b: &Aabb) -> [[u32; 3]; 2] {
+    [b.min, b.max].map(|p| p.map(f32::to_bits))
 }
 
 /// A box as text that shows every bit of its numbers.

@@ -1,10 +1,10 @@
 //! Records: everything behind the container, from a [`View`] alone.
 
-use super::boxes::{self, Items, show};
+use super::boxes::{self, Items, bits, show};
 use super::counts::{self, TreeRanges};
-use super::report::{Place, Report};
 use super::topology::{self, TreePlace};
 use super::{Limits, identity, instances};
+use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::exec::Executor;
 use crate::geom::Aabb;
@@ -85,7 +85,7 @@ fn check_tree(
     let place = Place::record(SectionKind::BLAS, tree.into());
     let root = nodes.first().map_or(Aabb { min: [0.0; 3], max: [0.0; 3] }, |n| n.bounds());
     let stated = Aabb { min: blas.min, max: blas.max };
-    if root != stated {
+    if bits(&root) != bits(&stated) {
         out.add(&rules::E0414, place, || (show(&root), show(&stated)));
     }
     if let Some(depth) = shape.depth.filter(|d| *d != blas.max_depth) {

@@ -1,5 +1,9 @@
-use super::boxes::show;
-use super::report::{Place, Report};
+use std::ops::ControlFlow;
+
+use super::boxes::{bits, show};
+use super::topology::MAX_LEAF;
+use crate::cache::container::Sink;
+use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::geom::Aabb;
 use crate::layout::{BlasRecord, GeomRecord, Header, SectionKind, View, tree_flags};
@@ -15,21 +19,12 @@ pub struct TreeRanges {
 /// Follow the rows of `BLAS` through `NODE`, `TRIS` and `GEOM`. A tree whose row cannot be followed is `None`.
 pub fn ranges(view: &View<'_>, out: &mut Report) -> Vec<Option<TreeRanges>> {
     let geoms = geom_ranges(view, out);
+    _ = check_rows(view.blases, view.nodes.len() as u64, view.triangles.len() as u64, out);
     let mut trees = Vec::with_capacity(view.blases.len()); // as many as there are records in memory
-    let (mut node, mut slot) = (0u64, 0u64);
     for (i, blas) in view.blases.iter().enumerate() {
-        let place = Place::record(SectionKind::BLAS, i as u64);
-        let nodes = piece(blas.node_offset, blas.node_count, view.nodes.len());
-        let triangles = piece(blas.ref_offset, blas.ref_count, view.triangles.len());
-        if blas.node_offset != node || nodes.is_none() {
-            out.add(&rules::E0310, place, || (node.to_string(), span(blas.node_offset, blas.node_count)));
-        }
-        if blas.ref_offset != slot || triangles.is_none() {
-            out.add(&rules::E0311, place, || (slot.to_string(), span(blas.ref_offset, blas.ref_count)));
-        }
-        node = blas.node_offset.saturating_add(blas.node_count.into());
-        slot = blas.ref_offset.saturating_add(blas.ref_count.into());
-        check_blas(blas, place, out);
+        check_blas(blas, Place::record(SectionKind::BLAS, i as u64), out);
+        let nodes = piece(blas.node_offset, blas.node_count, view.nodes.len() as u64);
+        let triangles = piece(blas.ref_offset, blas.ref_count, view.triangles.len() as u64);
         trees.push(match (nodes, triangles) {
             (Some(nodes), Some(triangles)) => Some(TreeRanges { nodes, triangles, geoms: geoms[i] }),
             _ => {
@@ -38,27 +33,53 @@ pub fn ranges(view: &View<'_>, out: &mut Report) -> Vec<Option<TreeRanges>> {
             }
         });
     }
-
-    // The last row ends where the sections end.
-    let last = Place::record(SectionKind::BLAS, (view.blases.len() as u64).saturating_sub(1));
-    if node != view.nodes.len() as u64 && trees.last().is_none_or(Option::is_some) {
-        let end = view.nodes.len();
-        out.add(&rules::E0310, last, || {
-            (format!("(all trees) 0 and end at {end}"), format!("that the last ends at {node}"))
-        });
-    }
-    if slot != view.triangles.len() as u64 && trees.last().is_none_or(Option::is_some) {
-        let end = view.triangles.len();
-        out.add(&rules::E0311, last, || {
-            (format!("(all trees) 0 and end at {end}"), format!("that the last ends at {slot}"))
-        });
-    }
     trees
 }
 
-fn piece(offset: u64, count: u32, len: usize) -> Option<(usize, usize)> {
-    let end = offset.checked_add(count.into())?;
-    (end <= len as u64).then_some((offset as usize, end as usize))
+/// The rows of `BLAS` tile `NODE` and `TRIS`, and no tree has more references than its leaves can hold.
+///
+/// It needs the sections' lengths alone, so that a file whose counts contradict each other is refused before they are decoded.
+pub fn check_rows(blases: &[BlasRecord], nodes: u64, triangles: u64, out: &mut impl Sink) -> ControlFlow<()> {
+    let (mut node, mut slot, mut inside) = (0u64, 0u64, true);
+    for (i, blas) in blases.iter().enumerate() {
+        let place = Place::record(SectionKind::BLAS, i as u64);
+        let has_nodes = piece(blas.node_offset, blas.node_count, nodes).is_some();
+        let has_triangles = piece(blas.ref_offset, blas.ref_count, triangles).is_some();
+        if blas.node_offset != node || !has_nodes {
+            out.breach(&rules::E0310, place, || (node.to_string(), span(blas.node_offset, blas.node_count)))?;
+        }
+        if blas.ref_offset != slot || !has_triangles {
+            out.breach(&rules::E0311, place, || (slot.to_string(), span(blas.ref_offset, blas.ref_count)))?;
+        }
+        inside = has_nodes && has_triangles;
+        node = blas.node_offset.saturating_add(blas.node_count.into());
+        slot = blas.ref_offset.saturating_add(blas.ref_count.into());
+
+        // A root, an unused record and pairs: half of the records are leaves.
+        let most = u64::from(blas.node_count / 2) * u64::from(MAX_LEAF);
+        if u64::from(blas.ref_count) > most && blas.node_count > 0 {
+            let leaves = blas.node_count / 2;
+            out.breach(&rules::E0410, place, || {
+                (format!("{MAX_LEAF} items a leaf"), format!("{leaves} leaves share {} items", blas.ref_count))
+            })?;
+        }
+    }
+
+    // The last row ends where the sections end.
+    let last = Place::record(SectionKind::BLAS, (blases.len() as u64).saturating_sub(1));
+    let ends = |end: u64, at: u64| (format!("(all trees) 0 and end at {end}"), format!("that the last ends at {at}"));
+    if node != nodes && inside {
+        out.breach(&rules::E0310, last, || ends(nodes, node))?;
+    }
+    if slot != triangles && inside {
+        out.breach(&rules::E0311, last, || ends(triangles, slot))?;
+    }
+    ControlFlow::Continue(())
+}
+
+fn piece(offset: u64, count: u32, len: u64) -> Option<(usize, usize)> {
+    let end = offset.checked_add(count.into()).filter(|end| *end <= len)?;
+    Some((usize::try_from(offset).ok()?, usize::try_from(end).ok()?))
 }
 
 fn span(offset: u64, count: u32) -> String {
@@ -125,7 +146,9 @@ pub fn check_flags(view: &View<'_>, flags: u32, out: &mut Report) {
     }
 }
 
-/// Hold the header against the records. `depth` is the deepest leaf of all trees, `None` where some tree could not be followed.
+/// Hold the header against the records; the counts that the table bears out were compared with it before.
+///
+/// `depth` is the deepest leaf of all trees, `None` where some tree could not be followed.
 pub fn check_header(view: &View<'_>, header: &Header, depth: Option<u32>, out: &mut Report) {
     let mut compare = |rule, offset, expected: u64, actual: u64| {
         if expected != actual {
@@ -135,10 +158,7 @@ pub fn check_header(view: &View<'_>, header: &Header, depth: Option<u32>, out: &
     let live = |records: u64| records.saturating_sub(1);
     let nodes = view.blases.iter().map(|b| live(b.node_count.into())).sum::<u64>() + live(view.tlas_nodes.len() as u64);
     compare(&rules::E0301, 176, nodes, header.node_count);
-    compare(&rules::E0302, 168, view.triangles.len() as u64, header.ref_count);
     compare(&rules::E0303, 160, view.blases.iter().map(|b| u64::from(b.prim_count)).sum(), header.prim_count);
-    compare(&rules::E0304, 184, view.blases.len() as u64, header.blas_count.into());
-    compare(&rules::E0305, 188, view.instances.len() as u64, header.instance_count.into());
     if let Some(depth) = depth {
         compare(&rules::E0306, 196, depth.into(), header.max_depth.into());
     }
@@ -148,7 +168,7 @@ pub fn check_header(view: &View<'_>, header: &Header, depth: Option<u32>, out: &
     let two_level = header.has(tree_flags::TWO_LEVEL);
     let root = if two_level { view.tlas_nodes.first() } else { view.nodes.first() };
     let expected = root.map_or(Aabb { min: [0.0; 3], max: [0.0; 3] }, |n| n.bounds());
-    if expected != header.scene_bounds() {
+    if bits(&expected) != bits(&header.scene_bounds()) {
         out.add(&rules::E0307, Place::byte(200), || (show(&expected), show(&header.scene_bounds())));
     }
 }

@@ -3,13 +3,13 @@
 #[cfg(feature = "zstd")]
 use std::borrow::Cow;
 
-use super::Limits;
-use super::container::{Layout, hex};
-use super::report::{Place, Report};
+use super::{Limits, check_rows};
 use crate::cache::aligned::AlignedBytes;
+use crate::cache::container::{Container, hex};
+use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::exec::Executor;
-use crate::layout::SectionEntry;
+use crate::layout::{BlasRecord, SectionEntry, SectionKind, section_flags};
 
 /// A section's decoded bytes, aligned for its records.
 pub enum Decoded<'a> {
@@ -27,34 +27,87 @@ impl Decoded<'_> {
 }
 
 /// Check every section's hashes and decode what is compressed. `None` for a section whose content is not to be had.
-pub fn check<'a>(layout: &Layout<'a>, limits: &Limits, out: &mut Report, exec: &Executor) -> Vec<Option<Decoded<'a>>> {
+///
+/// `agree`: the counts of header and table agree. Where they or the rows of BLAS do not, no records are decoded.
+pub fn check<'a>(
+    container: &Container,
+    file: &'a [u8],
+    agree: bool,
+    limits: &Limits,
+    out: &mut Report,
+    exec: &Executor,
+) -> Vec<Option<Decoded<'a>>> {
     // Hold what decoding would take against the limit before anything is allocated.
-    let sections = || layout.entries.iter().zip(&layout.stored);
-    let packed = sections().filter(|(e, stored)| stored.is_some() && e.codec == SectionEntry::ZSTD);
-    let total: u128 = packed.map(|(e, _)| u128::from(e.raw_len)).sum();
+    let sections: Vec<_> = (0..container.entries.len()).map(|i| (i, container.stored(file, i))).collect();
+    let packed =
+        |(i, stored): &&(usize, Option<&[u8]>)| stored.is_some() && container.entries[*i].codec == SectionEntry::ZSTD;
+    let total: u128 = sections.iter().filter(packed).map(|(i, _)| u128::from(container.entries[*i].raw_len)).sum();
     let fits = total <= u128::from(limits.max_memory);
     if !fits {
         out.add(&rules::E0127, Place::file(), || (limits.max_memory.to_string(), total.to_string()));
         out.skip("The compressed sections: they are larger than the memory limit.");
     }
-    let parts = exec.map(sections().collect(), |_, (entry, stored)| {
+    let look = |i: usize, stored: Option<&'a [u8]>, may: May| {
         let mut part = Report::new(limits.max_issues);
-        let decoded = stored.and_then(|stored| check_section(entry, stored, fits, &mut part, exec));
+        let decoded = stored.and_then(|stored| check_section(&container.entries[i], stored, may, &mut part, exec));
         (part, decoded)
-    });
-    parts
-        .into_iter()
-        .map(|(part, decoded)| {
+    };
+
+    // The rows of BLAS come first: what they contradict is not worth decoding.
+    let blas = container.find(SectionKind::BLAS, 0);
+    let mut first = blas.map(|i| look(i, container.stored(file, i), May::new(fits, agree)));
+    let mut rows = Report::new(limits.max_issues);
+    if total > 0
+        && let Some((_, Some(decoded))) = &first
+    {
+        let count = |kind| container.find(kind, 0).map_or(0, |i| container.entries[i].elem_count);
+        // Bytes that start anywhere are looked at row by row.
+        let blases: Vec<BlasRecord> =
+            decoded.as_slice().chunks_exact(size_of::<BlasRecord>()).map(bytemuck::pod_read_unaligned).collect();
+        _ = check_rows(&blases, count(SectionKind::NODE), count(SectionKind::TRIS), &mut rows);
+    }
+    let may = May::new(fits, agree && rows.is_clean());
+    let others = sections.into_iter().filter(|(i, _)| Some(*i) != blas).collect();
+    let mut parts = exec.map(others, |_, (i, stored)| look(i, stored, may)).into_iter();
+    let mut all = Vec::with_capacity(container.entries.len());
+    for i in 0..container.entries.len() {
+        let taken = if Some(i) == blas { first.take() } else { parts.next() };
+        all.push(taken.and_then(|(part, decoded)| {
             out.append(part);
             decoded
-        })
-        .collect()
+        }));
+    }
+    // Where the records are not decoded, nobody else will say why.
+    if may != May::Decode {
+        out.append(rows);
+    }
+    all
+}
+
+/// Whether compressed sections may be decoded.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum May {
+    Decode,
+    /// The counts contradict each other: only what is not records.
+    OnlyOthers,
+    /// They are larger than the limit, which has been said.
+    Nothing,
+}
+
+impl May {
+    fn new(fits: bool, agree: bool) -> May {
+        match (fits, agree) {
+            (true, true) => May::Decode,
+            (true, false) => May::OnlyOthers,
+            (false, _) => May::Nothing,
+        }
+    }
 }
 
 fn check_section<'a>(
     entry: &SectionEntry,
     stored: &'a [u8],
-    fits: bool,
+    may: May,
     out: &mut Report,
     exec: &Executor,
 ) -> Option<Decoded<'a>> {
@@ -67,13 +120,17 @@ fn check_section<'a>(
     }
     match entry.codec {
         SectionEntry::RAW => Some(Decoded::InFile(stored)),
+        SectionEntry::ZSTD if may == May::OnlyOthers && entry.is(section_flags::CONTENT) => {
+            out.skip(format!("Section {}: it is not decoded, for the counts contradict each other.", entry.kind));
+            None
+        }
         #[cfg(not(feature = "zstd"))]
-        SectionEntry::ZSTD if fits => {
+        SectionEntry::ZSTD if may != May::Nothing => {
             out.skip(format!("Section {}: bvhc-core was built without its feature `zstd`.", entry.kind));
             None
         }
         #[cfg(feature = "zstd")]
-        SectionEntry::ZSTD if fits => {
+        SectionEntry::ZSTD if may != May::Nothing => {
             let decoded = match decode(entry, stored, exec) {
                 Ok(decoded) => decoded,
                 Err(detail) => {

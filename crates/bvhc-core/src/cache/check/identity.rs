@@ -1,6 +1,6 @@
 use super::boxes::{Items, show_corners};
-use super::cover::Cover;
-use super::report::{Place, Report};
+use super::cover::{Cover, Covered, most_steps};
+use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::exec::Executor;
 use crate::geom::Aabb;
@@ -248,11 +248,12 @@ fn check_group(group: &[(u32, u32)], boxes: &[Aabb], cover: &mut Cover, items: I
     if !equal || boxes.iter().any(|b| !b.is_valid()) {
         return;
     }
-    if let Some(point) = cover.hole(triangle.corners(), boxes) {
-        out.add(&rules::E0425, items.place(slot), || {
-            (format!("its {} leaves must cover it", boxes.len()), format!("none holds its point {point:?}"))
-        });
-    }
+    let actual = match cover.look(triangle.corners(), boxes) {
+        Covered::Whole => return,
+        Covered::Hole(point) => format!("none holds its point {point:?}"),
+        Covered::Unknown => format!("that is not seen within {} steps", most_steps(boxes.len())),
+    };
+    out.add(&rules::E0425, items.place(slot), || (format!("its {} leaves must cover it", boxes.len()), actual));
 }
 
 /// Numbers the triangles of a tree without a hole between parts: part by part, primitive by primitive, dropped ones included; or,

@@ -1,10 +1,10 @@
 use super::boxes::show;
 use super::identity::Bits;
-use super::report::{Place, Report};
 use super::topology::TreePlace;
+use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::geom::{Aabb, Affine};
-use crate::layout::{InstanceRecord, SectionKind, View};
+use crate::layout::{InstanceRecord, SectionKind, View, orientation};
 
 /// Check each instance by itself, and the instances against each other and the trees.
 pub fn check(view: &View<'_>, out: &mut Report) {
@@ -57,14 +57,42 @@ fn check_matrices(instance: &InstanceRecord, place: Place, out: &mut Report) {
     }
     let to_world = Affine::from_f32(&instance.object_to_world);
     let to_object = Affine::from_f32(&instance.world_to_object);
-    let expected = if to_world.determinant() < 0.0 { InstanceRecord::MIRRORED } else { 0 };
+    let mirrors = orientation(&instance.object_to_world).is_lt();
+    let expected = if mirrors { InstanceRecord::MIRRORED } else { 0 };
     if instance.flags != expected {
         out.add(&rules::E0505, place, || (format!("{expected:#x}"), format!("{:#x}", instance.flags)));
     }
-    if let Some((row, column, error, allowed)) = worst_product(&to_world, &to_object) {
+    if orientation(&instance.object_to_world).is_eq() {
         out.add(&rules::E0502, place, || {
-            (format!("{allowed:e}"), format!("row {row}, column {column} is off by {error:e}"))
+            ("object_to_world must have an inverse".into(), "its determinant is 0".into())
         });
+    } else if let Some(Off { row, column, error, allowed }) = worst_product(&to_world, &to_object) {
+        out.add(&rules::E0502, place, || {
+            let expected = format!("the product must be the identity within {allowed:e}");
+            (expected, format!("row {row}, column {column} is off by {error:e}"))
+        });
+    } else if let Some(Off { row, column, error, allowed }) = worst_entry(&to_world, &to_object) {
+        out.add(&rules::E0502, place, || {
+            let expected = format!("world_to_object must be the inverse within {allowed:e}");
+            (expected, format!("row {row}, column {column} is off by {error:e}"))
+        });
+    }
+}
+
+/// The entry of a matrix that is farthest off, measured by what it may be off by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Off {
+    row: usize,
+    column: usize,
+    error: f64,
+    allowed: f64,
+}
+
+impl Off {
+    /// The worse of the two; NaN, which finite entries cannot give in `f64`, would be off too.
+    fn worse(worst: Option<Off>, row: usize, column: usize, error: f64, allowed: f64) -> Option<Off> {
+        let fits = error <= allowed || worst.is_some_and(|w| error / allowed <= w.error / w.allowed);
+        if fits { worst } else { Some(Off { row, column, error, allowed }) }
     }
 }
 
@@ -77,10 +105,10 @@ fn check_matrices(instance: &InstanceRecord, place: Place, out: &mut Report) {
 /// normal range of `f32`, where rounding errs by up to 2⁻¹⁵⁰ absolutely; the last summand is that.
 const RELATIVE: f64 = 1.0 / (1u64 << 22) as f64;
 
-fn worst_product(to_world: &Affine, to_object: &Affine) -> Option<(usize, usize, f64, f64)> {
+fn worst_product(to_world: &Affine, to_object: &Affine) -> Option<Off> {
     let (a, b) = (&to_world.rows, &to_object.rows);
     let subnormal = f64::from(f32::from_bits(1));
-    let mut worst: Option<(usize, usize, f64, f64)> = None;
+    let mut worst = None;
     for r in 0..3 {
         for c in 0..4 {
             let identity = if r == c { 1.0 } else { 0.0 };
@@ -95,12 +123,51 @@ fn worst_product(to_world: &Affine, to_object: &Affine) -> Option<(usize, usize,
                 terms += a[r][3].abs();
             }
             let allowed = terms * RELATIVE + scale * subnormal;
-            let ratio = sum.abs() / allowed;
-            // Written so that NaN, which finite entries cannot give in f64, would fail too.
-            if !(sum.abs() <= allowed) && worst.is_none_or(|w| ratio > w.2 / w.3) {
-                worst = Some((r, c, sum.abs(), allowed));
-            }
+            worst = Off::worse(worst, r, c, sum.abs(), allowed);
         }
+    }
+    worst
+}
+
+/// How far each entry of `w2o` is from that of the inverse. The product alone does not tell: where its terms are large and cancel, it may be
+/// far from the identity in terms of 1 and near it in terms of them, and `w2o` anything.
+///
+/// The inverse in `f64` is itself off where the determinant cancels. By how much follows from the magnitudes of the products that it and the
+/// cofactors are made of: each product of `f32` is exact, and each sum rounds once.
+fn worst_entry(to_world: &Affine, to_object: &Affine) -> Option<Off> {
+    const LOST: f64 = 1.0 / (1u64 << 48) as f64;
+    let m = &to_world.rows;
+    // The cofactor of row r, column c, and the magnitude of its terms.
+    let cofactor = |r: usize, c: usize| {
+        let ([r0, r1], [c0, c1]) = ([(r + 1) % 3, (r + 2) % 3], [(c + 1) % 3, (c + 2) % 3]);
+        let (p, q) = (m[r0][c0] * m[r1][c1], m[r0][c1] * m[r1][c0]);
+        (p - q, p.abs() + q.abs())
+    };
+    let (mut det, mut terms) = (0.0, 0.0);
+    for c in 0..3 {
+        let (value, magnitude) = cofactor(0, c);
+        det += m[0][c] * value;
+        terms += (m[0][c] * magnitude).abs();
+    }
+    // As good as singular in f64: the product is all that can be asked.
+    if !(det.abs() > terms * LOST) {
+        return None;
+    }
+    let subnormal = f64::from(f32::from_bits(1));
+    let mut worst = None;
+    for r in 0..3 {
+        let (mut moved, mut lost_moved) = (0.0, 0.0);
+        for c in 0..3 {
+            let (value, magnitude) = cofactor(c, r);
+            let entry = value / det;
+            let lost = LOST * (magnitude + entry.abs() * terms) / det.abs();
+            let allowed = entry.abs() * RELATIVE + lost + subnormal;
+            worst = Off::worse(worst, r, c, (to_object.rows[r][c] - entry).abs(), allowed);
+            moved -= entry * m[c][3];
+            lost_moved += (lost + LOST * entry.abs()) * m[c][3].abs();
+        }
+        let allowed = moved.abs() * RELATIVE + lost_moved + subnormal;
+        worst = Off::worse(worst, r, 3, (to_object.rows[r][3] - moved).abs(), allowed);
     }
     worst
 }
@@ -139,7 +206,7 @@ mod tests {
     fn is_inverse(to_world: [[f64; 4]; 3]) -> bool {
         let rounded = Affine::from_f32(&Affine { rows: to_world }.to_f32());
         let back = Affine::from_f32(&rounded.inverse().unwrap().to_f32());
-        worst_product(&rounded, &back).is_none()
+        worst_product(&rounded, &back).is_none() && worst_entry(&rounded, &back).is_none()
     }
 
     #[test]
@@ -161,7 +228,21 @@ mod tests {
         let mut back = to_world.inverse().unwrap();
         assert!(worst_product(&to_world, &back).is_none());
         back.rows[1][1] *= 1.001;
-        assert_eq!(worst_product(&to_world, &back).map(|w| (w.0, w.1)), Some((1, 1)));
+        assert_eq!(worst_product(&to_world, &back).map(|w| (w.row, w.column)), Some((1, 1)));
         assert!(worst_product(&to_world, &Affine::IDENTITY).is_some());
+    }
+
+    /// Terms of 10⁸ that cancel let the product off by 50, and with it a matrix that is no inverse at all.
+    #[test]
+    fn a_product_whose_terms_cancel_does_not_hide_a_wrong_inverse() {
+        let next = f64::from(1e4f32.next_up());
+        let to_world = Affine { rows: [[1e4, 1e4, 0.0, 0.0], [1e4, next, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] };
+        let right = Affine::from_f32(&to_world.inverse().unwrap().to_f32());
+        assert_eq!((worst_product(&to_world, &right), worst_entry(&to_world, &right)), (None, None));
+        let mut wrong = right;
+        wrong.rows[0] = [1e4, -1e4, 0.0, 0.0];
+        wrong.rows[1] = [-1e4, 1e4, 0.0, 0.0];
+        assert_eq!(worst_product(&to_world, &wrong), None, "the product does not tell");
+        assert!(worst_entry(&to_world, &wrong).is_some());
     }
 }

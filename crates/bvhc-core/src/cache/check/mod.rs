@@ -12,31 +12,30 @@
 //! | [`Level::Source`] | agreement with the source model | a look-up for each triangle |
 
 mod boxes;
-mod container;
 mod content;
 mod counts;
-mod cover;
+pub(super) mod cover;
 mod hashes;
 mod identity;
 mod instances;
 mod provenance;
-mod report;
 mod topology;
 
 use bytemuck::Pod;
 
 use super::aligned::AlignedBytes;
+use super::container::Container;
 use super::meta::Meta;
 use super::rules;
 use crate::exec::Executor;
 use crate::layout::{SectionEntry, SectionKind, View, tree_flags};
-use container::Layout;
 use hashes::Decoded;
 
-pub use container::hex;
+pub use super::container::hex;
+pub use super::report::{Finding, Place, Report};
 pub use content::check_records;
+pub use counts::check_rows;
 pub use identity::Bits;
-pub use report::{Finding, Place, Report};
 
 /// How deep to look. Each level includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -74,16 +73,21 @@ pub fn check_bytes(
     exec: &Executor,
 ) -> Report {
     let mut out = Report::new(limits.max_issues);
-    let Some(layout) = container::read(bytes, &mut out) else { return out };
+    let Some(container) = Container::collect(bytes, &mut out) else { return out };
+    _ = container.check_content_id(&mut out);
+    let before = out.errors();
+    _ = container.check_counts(&mut out);
+    let agree = out.errors() == before;
     if level >= Level::Hash {
-        let mut decoded = hashes::check(&layout, limits, &mut out, exec);
+        let mut decoded = hashes::check(&container, bytes, agree, limits, &mut out, exec);
         if level >= Level::Tree {
             align(&mut decoded, limits, &mut out);
             let source = source.filter(|_| level >= Level::Source);
-            check_content(&layout, &decoded, source, limits, &mut out, exec);
+            check_content(&container, &decoded, source, limits, &mut out, exec);
         }
     }
-    locate(&mut out, &layout);
+    locate(&mut out, &container);
+    out.tell_skipped();
     out
 }
 
@@ -108,7 +112,7 @@ fn align(decoded: &mut [Option<Decoded<'_>>], limits: &Limits, out: &mut Report)
 }
 
 fn check_content(
-    layout: &Layout<'_>,
+    container: &Container,
     decoded: &[Option<Decoded<'_>>],
     source: Option<AgainstSource<'_>>,
     limits: &Limits,
@@ -116,11 +120,12 @@ fn check_content(
     exec: &Executor,
 ) {
     // Read what stands by itself first.
-    let find = |kind| layout.find(kind).and_then(|i| Some((decoded[i].as_ref()?.as_slice(), &layout.entries[i])));
-    let meta = find(SectionKind::META).and_then(|(bytes, _)| provenance::check_meta(bytes, &layout.header, out));
+    let find =
+        |kind| container.find(kind, 0).and_then(|i| Some((decoded[i].as_ref()?.as_slice(), &container.entries[i])));
+    let meta = find(SectionKind::META).and_then(|(bytes, _)| provenance::check_meta(bytes, &container.header, out));
 
     // Records can only be judged together.
-    let two_level = layout.header.has(tree_flags::TWO_LEVEL);
+    let two_level = container.header.has(tree_flags::TWO_LEVEL);
     let mut missing = Vec::new();
     let mut bytes = |kind: SectionKind, wanted: bool| match find(kind) {
         Some((bytes, _)) if wanted => bytes,
@@ -142,8 +147,14 @@ fn check_content(
         out.skip(format!("All records: {} cannot be read.", missing.join(", ")));
         return;
     }
-    out.append(check_records(&view, layout.header.tree_flags, Some(&layout.header), limits, exec));
-    provenance::check_names(find(SectionKind::NAMS).map(|(b, e)| (b, e.elem_count)), view.geoms, out);
+    out.append(check_records(&view, container.header.tree_flags, Some(&container.header), limits, exec));
+    match find(SectionKind::NAMS) {
+        Some((bytes, entry)) => provenance::check_names(bytes, entry.elem_count, view.geoms, out),
+        None if container.entries.iter().all(|e| e.kind != SectionKind::NAMS) => {
+            provenance::check_nameless(view.geoms, out);
+        }
+        None => {} // it is there and cannot be read, which has been said
+    }
     if let Some(source) = source {
         source(&view, meta.as_ref(), out);
     }
@@ -155,10 +166,10 @@ fn records<T: Pod>(bytes: &[u8]) -> &[T] {
 }
 
 /// Say for each record where in the file it stands, unless its section is compressed.
-fn locate(out: &mut Report, layout: &Layout<'_>) {
+fn locate(out: &mut Report, container: &Container) {
     for finding in &mut out.findings {
         let place = &mut finding.place;
-        let entry = layout.entries.iter().find(|e| Some(e.kind) == place.section && e.codec == SectionEntry::RAW);
+        let entry = container.entries.iter().find(|e| Some(e.kind) == place.section && e.codec == SectionEntry::RAW);
         if let (None, Some(entry), Some(index)) = (place.offset, entry, place.index) {
             place.offset = index.checked_mul(entry.elem_size.into()).and_then(|o| o.checked_add(entry.offset));
         }

@@ -1,9 +1,9 @@
 //! `META` and `NAMS`: what traversal does not need, but people and build systems do.
 
-use super::container::hex;
-use super::report::{Place, Report};
+use crate::cache::container::hex;
 use crate::cache::error::FaultClass;
 use crate::cache::meta::Meta;
+use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::layout::{GeomRecord, Header, MAX_STRING_LEN, SectionKind};
 
@@ -14,6 +14,10 @@ pub fn check_meta(bytes: &[u8], header: &Header, out: &mut Report) -> Option<Met
             let key = meta.build_key();
             if key != header.build_key {
                 out.add(&rules::E0207, Place::byte(128), || (hex(&key), hex(&header.build_key)));
+            }
+            for (i, input) in meta.dependencies.iter().enumerate().filter(|(_, input)| input.is_absolute()) {
+                let at = Place::section(SectionKind::META);
+                out.add(&rules::E0209, at, || (i.to_string(), format!("{:?}", input.name)));
             }
             Some(meta)
         }
@@ -29,12 +33,19 @@ pub fn check_meta(bytes: &[u8], header: &Header, out: &mut Report) -> Option<Met
     }
 }
 
+/// Without the section no part has a name.
+pub fn check_nameless(geoms: &[GeomRecord], out: &mut Report) {
+    for (i, geom) in geoms.iter().enumerate().filter(|(_, geom)| geom.name_hash != [0; 32]) {
+        let place = Place::record(SectionKind::GEOM, i as u64);
+        out.add(&rules::E0320, place, || (format!("{} without NAMS", hex(&[0; 32])), hex(&geom.name_hash)));
+    }
+}
+
 /// One name for each part: the table adds up, the text is UTF-8, and each name has the hash that its part states.
 ///
-/// `names`: the section's bytes and its `elem_count`; `None` where no part may have a name.
-pub fn check_names(names: Option<(&[u8], u64)>, geoms: &[GeomRecord], out: &mut Report) {
+/// `stated`: the section's `elem_count`.
+pub fn check_names(bytes: &[u8], stated: u64, geoms: &[GeomRecord], out: &mut Report) {
     let at = Place::section(SectionKind::NAMS);
-    let Some((bytes, stated)) = names else { return };
     let word = |i: usize| Some(u32::from_le_bytes(bytes.get(i.checked_mul(4)?..)?.get(..4)?.try_into().ok()?));
     let mut refuse = |expected: String, actual: String| out.add(&rules::E0208, at, || (expected, actual));
     let count = geoms.len();
@@ -51,6 +62,10 @@ pub fn check_names(names: Option<(&[u8], u64)>, geoms: &[GeomRecord], out: &mut 
             format!("{} bytes of text must follow the table", text_len),
             format!("there are {}", text.len()),
         );
+    }
+
+    if text.is_empty() {
+        return refuse("some part must have a name where there is NAMS".into(), "none has".into());
     }
 
     // Cut the text into names.

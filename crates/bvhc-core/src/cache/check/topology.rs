@@ -1,4 +1,4 @@
-use super::report::{Place, Report};
+use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::layout::{MAX_DEPTH, Node, SectionKind};
 
@@ -65,7 +65,9 @@ pub fn walk(nodes: &[Node], items: u64, at: TreePlace, out: &mut Report) -> Shap
         if node.is_leaf() {
             let (first, count) = (u64::from(node.first), u64::from(node.count));
             if node.count > MAX_LEAF {
-                out.add(&rules::E0410, at.node(i), || (MAX_LEAF.to_string(), count.to_string()));
+                out.add(&rules::E0410, at.node(i), || {
+                    (format!("{MAX_LEAF} items a leaf"), format!("this one has {count}"))
+                });
             }
             if first + count > items {
                 shape.tiled = false;

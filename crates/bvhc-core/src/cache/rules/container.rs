@@ -16,11 +16,11 @@ rules! {
         because "A wrong path, or a transfer in text mode (FTP, or version control that translates line ends).",
         remedy "Check the path; mark *.bvhc as binary in .gitattributes; or build the file again: bvhc build MODEL -o FILE --force.";
     E0103 "unsupported-major", "the file has another major version of the format",
-        "this reader knows major version {expected}, the file has {actual}", "12-versions",
+        "this reader knows major version {expected}, the file has version {actual}", "12-versions",
         means "The meaning of the bytes has changed; nothing beyond the version can be read.",
         because "A much older or newer bvhc wrote it.", remedy NEWER;
     E0104 "newer-reader-needed", "the file asks for a newer reader",
-        "this reader has minor version {expected}, the file asks for at least {actual}", "12-versions",
+        "this reader has version {expected}, the file asks for version {actual} or later", "12-versions",
         means "The writer used something that readers before that version misread.",
         because "A newer bvhc wrote it.", remedy NEWER;
     E0105 "header-length", "the header has an impossible length",
@@ -31,7 +31,7 @@ rules! {
         means "Something is missing at the end, or something was appended.",
         because "The copy was interrupted, or something was appended.", remedy REBUILD;
     E0107 "unknown-required-feature", "the file needs a feature that this reader does not know",
-        "known required features are {expected}, the file sets {actual}", "12-versions",
+        "known required features are {expected}, the file requires {actual}", "12-versions",
         means "Reading on would misread the file.", because "A newer bvhc wrote it.", remedy NEWER;
     E0108 "section-count", "the file states more sections than may be",
         "at most {expected} sections, the header states {actual}", "11-safety",
@@ -55,10 +55,10 @@ rules! {
         means "Skipping it would give wrong answers, so the whole file is refused.",
         because "A newer bvhc wrote it.", remedy NEWER;
     E0114 "unknown-schema", "a known section has a layout that this reader does not know",
-        "the schema must be {expected}, it is {actual}", "3-section-table",
+        "this reader knows {expected}, the section has {actual}", "3-section-table",
         means "Its records cannot be interpreted.", because "A newer bvhc wrote it.", remedy NEWER;
     E0115 "unknown-codec", "a section is stored with a codec that this reader does not know",
-        "the codec must be {expected}, it is {actual}", "8-compression",
+        "this reader knows {expected}, the section has {actual}", "8-compression",
         means "Its bytes cannot be decoded.", because "A newer bvhc wrote it.", remedy NEWER;
     E0116 "section-alignment", "a section does not start on the boundary that it states",
         "{expected}, but {actual}", "3-section-table",
@@ -104,7 +104,7 @@ rules! {
         because "A large compressed scene, or a small file made to fill memory.",
         remedy "Raise the limit if you trust the file: --max-memory 32G. Raw sections are mapped and take none.";
     E0128 "version-order", "the writer's version is older than the version it asks for",
-        "minor must be at least min_minor {expected}, it is {actual}", "12-versions",
+        "a file that asks for version {expected} must be of that version or later, and it states {actual}", "12-versions",
         means "The version numbers cannot both be true, and one of them is beyond this reader: nothing behind them can be trusted to mean what it seems to.",
         because FOREIGN_WRITER, remedy REBUILD;
     E0129 "section-too-large", "a section is larger than its type may be",

@@ -13,7 +13,7 @@ rules! {
         means "The stored bytes are intact but decode to something else.",
         because "A writer error, or a broken decompressor.", remedy REBUILD;
     E0203 "file-id", "the header and section table do not have the stated file id",
-        "file_id must be {expected}, header and table give {actual}", "91-file_id",
+        "file_id must be {expected}, header and table give {actual}: the file is damaged", "91-file_id",
         means "The header or the table changed after writing, so none of the other hashes can be believed either.",
         because DAMAGE, remedy REBUILD;
     E0204 "content-id", "the content sections do not have the stated content id",
@@ -35,4 +35,8 @@ rules! {
     E0208 "names-encoding", "the NAMS section cannot be cut into names",
         "{expected}, but {actual}", "7-nams",
         means "Traversal works, but parts cannot be named.", because FOREIGN_WRITER, remedy REBUILD;
+    E0209 "input-name", "META names an input by an absolute path",
+        "the name of input {expected} must be relative to the model's folder, it is {actual}", "6-meta",
+        means "A tool that looks for the input would leave the model's folder, and the file depends on the machine that it was built on.",
+        because FOREIGN_WRITER, remedy REBUILD;
 }

@@ -7,7 +7,7 @@ rules! {
         "all 24 entries must be {expected}, but {actual}", "55-inst-128-bytes",
         means "No ray can be brought into the instance's space.", because FOREIGN_WRITER, remedy REBUILD;
     E0502 "matrix-inverse", "an instance's two matrices do not undo each other",
-        "the product must be the identity within {expected}, but {actual}", "55-inst-128-bytes",
+        "{expected}, but {actual}", "55-inst-128-bytes",
         means "Rays would be traced somewhere else than where the instance stands.", because FOREIGN_WRITER, remedy REBUILD;
     E0503 "instance-blas", "an instance names a tree that is not there",
         "blas must be < {expected}, it is {actual}", "55-inst-128-bytes",

@@ -33,7 +33,7 @@ rules! {
         "the leaf must start at {expected}, it starts at {actual}", "51-node-and-tnod-32-bytes",
         means "An item stands in two leaves' ranges or in none.", because FOREIGN_WRITER, remedy REBUILD;
     E0410 "leaf-too-large", "a leaf has more items than a leaf may have",
-        "at most {expected} items, this leaf has {actual}", "11-safety",
+        "at most {expected}, but {actual}", "11-safety",
         means "Readers that keep the count in 8 bits would lose triangles.", because FOREIGN_WRITER, remedy REBUILD;
     E0411 "child-outside", "a node's box does not lie inside its parent's",
         "the parent has {expected}, the child {actual}", "51-node-and-tnod-32-bytes",
@@ -92,6 +92,10 @@ rules! {
     E0427 "stated-sah", "a tree's stated SAH cost is not that of its nodes",
         "sah must be {expected}, BLAS states {actual}", "54-blas-64-bytes",
         means "bvhc stats and every comparison by it would be wrong.", because FOREIGN_WRITER, remedy REBUILD;
+    E0428 "loose-box", "a box of a tree that may be refitted is larger than what it holds",
+        "the box must be {expected}, it is {actual}", "51-node-and-tnod-32-bytes",
+        means "Rays visit the node in vain, and a refit would change boxes of a scene that did not move.",
+        because FOREIGN_WRITER, remedy REBUILD;
     W0401 "negative-zero", "a position is minus zero",
         "a zero is written as {expected}, but {actual}", "52-tris-48-bytes",
         means "It traverses like plus zero, but equal scenes get different hashes.",

@@ -4,7 +4,7 @@ use std::fmt;
 #[cfg(feature = "serde")]
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
-use crate::cache::rules::{Rule, Severity};
+use super::rules::{Rule, Severity};
 use crate::layout::SectionKind;
 
 /// Where something was found.
@@ -87,6 +87,9 @@ impl Serialize for Finding {
     }
 }
 
+/// At least so many parts that were not looked into are listed.
+const MOST_SKIPPED: usize = 20;
+
 /// What a check found. Findings stand in a fixed order whatever the number of threads: level by level, section by section, record
 /// by record.
 #[derive(Clone, Debug, Default)]
@@ -95,6 +98,8 @@ pub struct Report {
     pub findings: Vec<Finding>,
     /// Parts of the file that were not looked into although the level asks for it, and why: whole sentences.
     pub not_checked: Vec<String>,
+    /// Parts that were not looked into beyond those that are listed.
+    also_not_checked: u64,
     tallies: BTreeMap<&'static str, Tally>,
     max_issues: usize,
 }
@@ -165,8 +170,21 @@ impl Report {
         }
     }
 
+    /// Say that part of the file is not looked into, and why. Beyond some tens it is only counted: a file may have millions of trees.
     pub fn skip(&mut self, what: impl Into<String>) {
-        self.not_checked.push(what.into());
+        if self.not_checked.len() < self.max_issues.max(MOST_SKIPPED) {
+            self.not_checked.push(what.into());
+        } else {
+            self.also_not_checked += 1;
+        }
+    }
+
+    /// Say how many parts were only counted. For the end of a check.
+    pub(super) fn tell_skipped(&mut self) {
+        let more = std::mem::take(&mut self.also_not_checked);
+        if more > 0 {
+            self.not_checked.push(format!("And {more} more of the same."));
+        }
     }
 
     /// Append what a later part of the file was found guilty of.
@@ -182,6 +200,7 @@ impl Report {
         for (id, t) in later.tallies {
             self.tallies.entry(id).or_insert(Tally { total: 0, stored: 0, ..t }).total += t.total;
         }
-        self.not_checked.extend(later.not_checked);
+        later.not_checked.into_iter().for_each(|what| self.skip(what));
+        self.also_not_checked += later.also_not_checked;
     }
 }

@@ -1,0 +1,157 @@
+//! The container: header, section table and tiling, which every file passes before anything in it is used.
+//!
+//! One walk asks the rules `E01xx` in one order. Its [`Sink`] decides what a breach means: the reader stops at the first, the
+//! [check](super::check) collects them all. The cost depends on the number of sections, not on the length of the file.
+//!
+//! | file | asks |
+//! |---|---|
+//! | `header` | the first 256 bytes |
+//! | `table` | where the table lies, how the sections tile the file, which of them there are |
+//! | `entry` | what one entry says by itself |
+//! | `sink` | what becomes of a breach |
+
+mod entry;
+mod header;
+mod sink;
+mod table;
+
+use std::ops::ControlFlow;
+
+use super::error::Fault;
+use super::report::{Place, Report};
+use super::{keys, rules};
+use crate::layout::{Header, SectionEntry, SectionKind};
+
+pub use entry::{is_known_codec, is_understood};
+pub use header::check_tree_flags;
+pub use sink::{First, Sink};
+
+/// A file's header and table.
+#[derive(Debug)]
+pub struct Container {
+    pub header: Header,
+    pub entries: Vec<SectionEntry>,
+    /// For each entry whether no rule keeps its section from being read.
+    readable: Vec<bool>,
+}
+
+impl Container {
+    /// Read header and table.
+    ///
+    /// # Errors
+    /// The first breach of a rule.
+    pub fn parse(file: &[u8]) -> Result<Container, Fault> {
+        let mut first = First::default();
+        let container = Container::walk(file, &mut first);
+        first.result()?;
+        // A walk that finds no breach has read everything.
+        container.ok_or_else(|| Fault::breach(&rules::E0110, Place::file(), "readable", "nowhere"))
+    }
+
+    /// Read header and table, and collect every breach. `None` where there is nothing that could be read on from.
+    pub fn collect(file: &[u8], out: &mut Report) -> Option<Container> {
+        Container::walk(file, out)
+    }
+
+    fn walk(file: &[u8], out: &mut impl Sink) -> Option<Container> {
+        match walk(file, out) {
+            ControlFlow::Continue(container) => Some(container),
+            ControlFlow::Break(()) => None,
+        }
+    }
+
+    /// The section of this kind and number, if this version can read it.
+    pub fn find(&self, kind: SectionKind, ordinal: u32) -> Option<usize> {
+        find(&self.entries, kind, ordinal)
+    }
+
+    /// The stored bytes of a section; `None` beyond the table, outside the file, and where a rule keeps them from being read.
+    pub fn stored<'a>(&self, file: &'a [u8], index: usize) -> Option<&'a [u8]> {
+        let entry = self.entries.get(index).filter(|_| self.readable.get(index) == Some(&true))?;
+        file.get(usize::try_from(entry.offset).ok()?..usize::try_from(entry.end()?).ok()?)
+    }
+
+    /// `content_id` follows from the table.
+    pub fn check_content_id(&self, out: &mut impl Sink) -> ControlFlow<()> {
+        let found = keys::content_id(&self.entries);
+        if found != self.header.content_id {
+            return out.breach(&rules::E0204, Place::byte(96), || (hex(&found), hex(&self.header.content_id)));
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// The counts that the header repeats are those of the table, so that nothing is sized by a number that another contradicts.
+    pub fn check_counts(&self, out: &mut impl Sink) -> ControlFlow<()> {
+        let header = &self.header;
+        for (rule, offset, kind, stated) in [
+            (&rules::E0302, 168, SectionKind::TRIS, header.ref_count),
+            (&rules::E0304, 184, SectionKind::BLAS, header.blas_count.into()),
+            (&rules::E0305, 188, SectionKind::INST, header.instance_count.into()),
+        ] {
+            let found = self.find(kind, 0);
+            let count = match found.map(|i| (&self.entries[i], self.readable[i])) {
+                Some((entry, true)) => entry.elem_count,
+                Some((_, false)) => continue, // how many records it has is not known
+                None if kind == SectionKind::INST => 0,
+                None => continue, // its absence has a rule of its own
+            };
+            if count != stated {
+                out.breach(rule, Place::byte(offset), || (count.to_string(), stated.to_string()))?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Every rule that header and table can answer, the reader's way: up to the first breach.
+    pub fn check_head(&self) -> Result<(), Fault> {
+        let mut first = First::default();
+        _ = self.check_counts(&mut first);
+        first.result()
+    }
+}
+
+fn walk(file: &[u8], out: &mut impl Sink) -> ControlFlow<(), Container> {
+    let header = header::read(file, out)?;
+    let entries = table::read(file, &header, out)?;
+    let mut readable = vec![true; entries.len()]; // as many as there are entries in the file
+    table::check_tiling(file, &header, &entries, &mut readable, out)?;
+    for (i, entry) in entries.iter().enumerate() {
+        readable[i] &= entry::check(entry, place(&header, entry, i), out)?;
+    }
+    table::check_unique(&header, &entries, &mut readable, out)?;
+    table::check_presence(&header, &entries, out)?;
+    ControlFlow::Continue(Container { header, entries, readable })
+}
+
+/// The section of this kind and number, if this version can read it.
+pub fn find(entries: &[SectionEntry], kind: SectionKind, ordinal: u32) -> Option<usize> {
+    entries.iter().position(|e| e.kind == kind && e.ordinal == ordinal && is_understood(e))
+}
+
+/// Why the META of a file cannot be read by this version, if there is one that cannot.
+pub fn later_meta(entries: &[SectionEntry]) -> Option<String> {
+    let entry = entries.iter().find(|e| e.kind == SectionKind::META && e.ordinal == 0 && !is_understood(e))?;
+    let (schema, codec) = (entry.schema, entry.codec);
+    Some(format!("META has schema {schema} and codec {codec}, which this bvhc does not know (W0101)"))
+}
+
+/// The file may be sound, but this build of the crate decodes no compressed sections.
+#[cfg(not(feature = "zstd"))]
+pub fn no_zstd(entry: &SectionEntry) -> Fault {
+    let kind = entry.kind;
+    Fault::unsupported(
+        "E0115",
+        format!("section {kind} is compressed by zstd, and bvhc-core was built without its feature `zstd`"),
+    )
+}
+
+/// Where entry `i` of the table stands.
+fn place(header: &Header, entry: &SectionEntry, i: usize) -> Place {
+    let offset = u64::from(header.header_len) + (i * SectionEntry::LEN) as u64;
+    Place { offset: Some(offset), ..Place::section(entry.kind) }
+}
+
+/// Lower-case hexadecimal.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
