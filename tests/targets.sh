@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 root=$PWD work=$PWD/target/targets
 mkdir -p "$work"
 wasm=wasm32-unknown-unknown arm=aarch64-unknown-linux-gnu
-wasm_flags=() arm_flags=()
+build_std=""
 
 skip() {
     echo "SKIPPED: $1" >&2
@@ -90,7 +90,7 @@ use_debian() {
     export CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=$bin/wasm-ld
     export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=$bin/arm-ld
     export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUSTFLAGS="-Clinker-flavor=ld -Ctarget-feature=+crt-static -Crelocation-model=static"
-    wasm_flags=(-Zbuild-std=std,panic_abort,test)
+    build_std=-Zbuild-std=std,panic_abort,test
 }
 
 use_installed || use_debian
@@ -107,12 +107,38 @@ step() {
     "$@"
     ran+=("$(printf '%4d s  %s' $((SECONDS - start)) "$name")")
 }
-on_wasm() { "${@:1:2}" --target $wasm ${wasm_flags[@]+"${wasm_flags[@]}"} "${@:3}"; }
-on_arm() { "${@:1:2}" --target $arm ${arm_flags[@]+"${arm_flags[@]}"} "${@:3}"; }
 
-step "bvhc-core compiles for $wasm, also bare" on_wasm cargo check -p bvhc-core
-on_wasm cargo check -p bvhc-core --no-default-features --features pure
-step "its tests on $wasm, run by node" on_wasm cargo test -p bvhc-core --lib
-step "bvhc-core compiles for $arm, also bare" on_arm cargo check -p bvhc-core
-on_arm cargo check -p bvhc-core --no-default-features --features pure
-step "its tests on $arm, run by qemu" on_arm cargo test -p bvhc-core --lib
+for target in $wasm $arm; do
+    std="" by=$emulator
+    [ $target = $wasm ] && std=$build_std by=node
+    step "bvhc-core without default features compiles for $target" \
+        cargo build $std --target $target -p bvhc-core --no-default-features --features pure
+    step "tests of bvhc-core on $target, run by $(basename "${by%% *}")" cargo test $std --target $target -p bvhc-core --lib
+done
+step "the client compiles for $wasm" cargo rustc $build_std --target $wasm -p bvhc-test-client --lib --crate-type cdylib
+step "the client compiles for $arm" cargo build --target $arm -p bvhc-test-client
+step "the client compiles for this machine" cargo build -p bvhc-test-client
+
+# What rays hit, by SSE2, by NEON and by plain code. The vectors are tiny; where the program was built, samples are traced too.
+files=(format-spec/vectors/valid/*.bvhc)
+if [ -x target/release/bvhc ]; then
+    for model in samples/forest.glb samples/curtain.obj; do
+        target/release/bvhc build "$model" -o "$work/$(basename "$model").bvhc" --preset draft --force -q
+        files+=("$work/$(basename "$model").bvhc")
+    done
+fi
+compare() {
+    local cargo=$CARGO_TARGET_DIR rays=5000
+    "$cargo/debug/bvhc-test-client" $rays "${files[@]}" >"$work/here.txt"
+    $emulator "$cargo/$arm/debug/bvhc-test-client" $rays "${files[@]}" >"$work/arm.txt"
+    node tests/client/run.mjs "$cargo/$wasm/debug/bvhc_test_client.wasm" $rays "${files[@]}" >"$work/wasm.txt"
+    local hits
+    hits=$(grep -c '^[0-9a-f]\{8\} ' "$work/here.txt")
+    echo "${#files[@]} files, $rays rays each, $hits hits"
+    [ "$hits" -gt $rays ] || { echo "too few hits to compare" >&2 && return 1; }
+    diff "$work/here.txt" "$work/arm.txt" >&2 && diff "$work/here.txt" "$work/wasm.txt" >&2
+}
+step "rays hit the same on all three, bit for bit" compare
+
+printf '\n'
+printf '%s\n' "${ran[@]}"

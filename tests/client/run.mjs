@@ -12,7 +12,8 @@ if (rays === undefined) {
 }
 for (const file of files) {
     const bytes = readFileSync(file);
-    new Uint8Array(exports.memory.buffer, exports.file(bytes.length), bytes.length).set(bytes);
+    const place = exports.file(bytes.length); // Memory may move by this, so it is looked up afterwards.
+    new Uint8Array(exports.memory.buffer, place, bytes.length).set(bytes);
     const length = exports.trace(Number(rays));
     process.stdout.write(`== ${file}\n`);
     process.stdout.write(Buffer.from(new Uint8Array(exports.memory.buffer, exports.text(), length)));

@@ -32,11 +32,12 @@ pub fn trace(file: &[u8], rays: usize) -> String {
     out
 }
 
-/// From a point around the box to one in it, one time in four along an axis.
+/// From a point around the box, which may be flat, to one in it; one time in four along an axis.
 fn some_ray(bounds: &Aabb, random: &mut Random) -> Ray {
     let extent = [0, 1, 2].map(|a| bounds.max[a] - bounds.min[a]);
-    let origin = [0, 1, 2].map(|a| bounds.min[a] + extent[a] * (2.0 * random.unit() as f32 - 0.5));
+    let around = extent.iter().fold(0.0, |most: f32, &e| if e > most { e } else { most });
     let target = [0, 1, 2].map(|a| bounds.min[a] + extent[a] * random.unit() as f32);
+    let origin = [0, 1, 2].map(|a| target[a] + around * (2.0 * random.unit() as f32 - 1.0));
     let along = random.below(12) as usize;
     Ray::new(origin, [0, 1, 2].map(|a| if along > 2 || a == along { target[a] - origin[a] } else { 0.0 }))
 }
