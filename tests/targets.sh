@@ -60,10 +60,9 @@ unpack_debian() {
         */qemu-user-static_*) dpkg --fsys-tarfile "$deb" | tar x -C "$parts/amd64" ./usr/bin/qemu-aarch64-static ;;
         *_arm64.deb) dpkg -x "$deb" "$parts/arm64" ;;
         *) dpkg -x "$deb" "$parts/amd64" ;;
-        esac
+        esac || return 1
     done
-    mv "$parts/arm64/usr/lib/rustlib/$arm" "$parts/amd64/usr/lib/rustlib/"
-    rm -rf "$work/deb" "$work/parts" && mv "$parts" "$work/parts"
+    mv "$parts/arm64/usr/lib/rustlib/$arm" "$parts/amd64/usr/lib/rustlib/" && rm -rf "$work/deb" && mv "$parts" "$work/parts"
 }
 
 # Debian's rustc, run from where it was unpacked. It brings no library for WebAssembly, so cargo compiles one from its source.
