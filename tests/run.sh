@@ -58,6 +58,7 @@ if ! command -v cargo >/dev/null 2>&1; then
 fi
 
 part "unit, integration and documentation tests" cargo test --no-fail-fast
+part "tests of bvhc-core with every feature" cargo test -p bvhc-core --all-features --no-fail-fast
 
 if [ $quick = 0 ]; then
     # The long tests go over the samples and, where the folder is there, over real scenes.
@@ -76,6 +77,15 @@ if [ $quick = 0 ]; then
     if cargo tree --no-default-features -e normal | grep -E '^[^a-z]*(clap|indicatif|ctrlc) '; then
         echo "the library alone must not depend on the crates above" >&2
         exit 1
+    fi
+    part "the crates below bvhc-core" tests/core_build.sh --count
+    part "tests of bvhc-core as a program links it" cargo test -p bvhc-core --no-fail-fast
+    status=0
+    part "bvhc-core on WebAssembly and 64-bit Arm" tests/targets.sh || status=$?
+    if [ $status = 77 ]; then
+        skip "bvhc-core on WebAssembly and 64-bit Arm: no compiler for them could be had, see above"
+    elif [ $status != 0 ]; then
+        exit $status
     fi
     if python3 -c 'import venv, ensurepip' >/dev/null 2>&1 && command -v npm >/dev/null 2>&1; then
         status=0

@@ -1,17 +1,17 @@
 use super::sweep::tests::samples;
 use super::{BuildOptions, Method, NoProgress, Preset, initial_tree};
 use crate::exec::Executor;
-use crate::simd::narrow;
+use crate::simd::{Level, at_most};
 
 #[test]
-fn the_wide_door_changes_no_tree() {
+fn the_level_of_vectors_changes_no_tree() {
     let exec = Executor::sequential();
     for (name, mesh) in samples() {
         for method in [Method::Binned, Method::Agglomerative, Method::Sbvh, Method::Bonsai, Method::Sweep] {
             for radius in [1, 14, 31] {
                 let options = BuildOptions { method, radius, ..BuildOptions::preset(Preset::Draft) };
                 let build = || initial_tree(&mesh, &options, &exec, &NoProgress).unwrap();
-                let (wide, narrow) = (build(), narrow(build));
+                let (wide, narrow) = (build(), at_most(Level::BASE, build));
                 assert!(wide == narrow, "{name} by {method:?} with radius {radius}");
                 if method != Method::Agglomerative {
                     break;

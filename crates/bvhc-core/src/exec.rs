@@ -52,6 +52,9 @@ impl fmt::Display for ThreadsError {
 
 impl std::error::Error for ThreadsError {}
 
+/// On WebAssembly without an operating system the standard library panics where it is asked for the time.
+const HAS_CLOCK: bool = !cfg!(all(target_family = "wasm", target_os = "unknown"));
+
 /// Of a metered executor: how many operations are open, and how long at least one was.
 #[derive(Debug, Default)]
 struct Meter {
@@ -80,7 +83,7 @@ impl Executor {
     }
 
     /// How long a [metered](Executor::metered) executor has spent in work that several threads would share. The rest is what no number
-    /// of threads makes quicker.
+    /// of threads makes quicker. Zero on WebAssembly without an operating system, which has no clock.
     pub fn divided(&self) -> Duration {
         Duration::from_nanos(self.meter.as_ref().map_or(0, |meter| meter.nanoseconds.load(Relaxed)))
     }
@@ -93,10 +96,11 @@ impl Executor {
             meter.open.fetch_sub(1, Relaxed);
             return result;
         }
-        let start = Instant::now();
+        let start = HAS_CLOCK.then(Instant::now);
         let result = work();
         meter.open.fetch_sub(1, Relaxed);
-        meter.nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Relaxed);
+        let spent = start.map_or(Duration::ZERO, |start| start.elapsed());
+        meter.nanoseconds.fetch_add(spent.as_nanos() as u64, Relaxed);
         result
     }
 
@@ -276,4 +280,21 @@ impl Executor {
 
     /// Fewer bytes are hashed on one thread: BLAKE3's documentation names this as where several begin to gain.
     pub const HASH_IN_PARALLEL_FROM: usize = 128 << 10;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Executor;
+    use std::time::Duration;
+
+    #[test]
+    fn a_metered_executor_gives_the_answers_of_the_sequential_one() {
+        let (metered, plain) = (Executor::metered(), Executor::sequential());
+        let sums = |exec: &Executor| {
+            exec.map_chunks(&[1, 2, 3, 4, 5], 2, |i, some| exec.join(|| i, || some.iter().sum::<i32>()))
+        };
+        assert_eq!(sums(&metered), sums(&plain));
+        assert_eq!(plain.divided(), Duration::ZERO);
+        assert!(super::HAS_CLOCK || metered.divided() == Duration::ZERO);
+    }
 }

@@ -220,5 +220,5 @@ fn along(a: &[f64; 3], b: &[f64; 3], t: f64) -> [f64; 3] {
     [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])]
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(target_family = "wasm")))]
 mod tests;

@@ -1,11 +1,12 @@
 //! Vector instructions: the one room that holds them.
 //!
-//! `portable` says what each operation means and runs on any machine; `sse2`, which every x86-64 processor has, is its twin with the same bits,
-//! as tests prove on every pair of special values. Nothing multiplies and adds in one rounding, so all machines agree. [`boxes`] is what
-//! builders use, [`rays`] what traversal uses.
+//! `portable` says what each operation on four floats means and runs on any machine. It has two twins with the same bits, as tests prove on
+//! every pair of special values: `sse2`, which every x86-64 processor has, and `neon`, which every 64-bit Arm processor that runs programs has. The
+//! compiler takes the one of its target. Nothing multiplies and adds in one rounding, so all machines agree. [`Register`] is what traversal uses,
+//! [`Lanes`] and [`LaneBox`] are what builders use.
 //!
-//! [`widest`] is a wider door, for the work that it pays for: `agglomerative`, whose search is plain loops over columns. AVX-512 in its
-//! stead gains a little with wide windows and nothing with narrow ones: too little for a third translation. The other builders handle
+//! [`widest`] asks the processor for more, for the work that it pays for: `agglomerative`, whose search is plain loops over columns. AVX-512
+//! in its stead gains a little with wide windows and nothing with narrow ones: too little for a third translation. The other builders handle
 //! boxes, which fill two registers of four, and what is done next with one depends on the result. Behind that door too, one loop at a
 //! time, `sweep` and `sbvh` were no quicker, `bonsai` hardly, and `binned` was slower by some hundredths. Bins with boxes of
 //! one register, minima negated, so that a union is one instruction, were hardly filled quicker: what counts there is the time until a
@@ -15,42 +16,29 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
-pub mod boxes;
-#[cfg(any(test, not(target_arch = "x86_64")))]
+mod boxes;
+mod lanes;
+mod level;
+#[cfg(target_arch = "aarch64")]
+mod neon;
+#[cfg(any(test, not(any(target_arch = "aarch64", target_arch = "x86_64"))))]
 mod portable;
-pub mod rays;
+mod register;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
+#[cfg(test)]
+mod tests;
 
-pub use boxes::{LaneBox, Lanes};
-#[cfg(not(target_arch = "x86_64"))]
-use portable as ops;
+pub use boxes::LaneBox;
+pub use lanes::Lanes;
+#[cfg(any(test, feature = "testing"))]
+pub use level::at_most;
+pub use level::{Level, level, widest};
+pub use register::Register;
+
+#[cfg(target_arch = "aarch64")]
+use neon as operations;
+#[cfg(not(any(target_arch = "aarch64", target_arch = "x86_64")))]
+use portable as operations;
 #[cfg(target_arch = "x86_64")]
-use sse2 as ops;
-
-/// Run `work` with the widest vectors that the processor has; the result has the same bits with any. Plain loops over columns gain by it.
-/// What `work` calls must be `#[inline(always)]`, and so must `work` itself, or it stays as narrow as it is.
-#[inline(always)]
-#[allow(unsafe_code)]
-pub fn widest<R>(work: impl FnOnce() -> R) -> R {
-    #[cfg(target_arch = "x86_64")]
-    if avx2::is_open() {
-        // SAFETY: the only precondition is AVX2, and the processor was just asked for it.
-        return unsafe { avx2::run(work) };
-    }
-    work()
-}
-
-#[cfg(any(test, feature = "testing"))]
-thread_local! {
-    static CLOSED: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
-}
-
-/// Run `work`, and what it does on this thread, without the wide door.
-#[cfg(any(test, feature = "testing"))]
-pub fn narrow<R>(work: impl FnOnce() -> R) -> R {
-    CLOSED.set(true);
-    let result = work();
-    CLOSED.set(false);
-    result
-}
+use sse2 as operations;

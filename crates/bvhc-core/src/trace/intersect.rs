@@ -13,7 +13,7 @@
 use super::test::{Crossing, TriangleTest, dominant, others};
 use crate::cache::{InstanceRecord, TriangleRecord};
 use crate::geom::vector::{cross, dot, sub};
-use crate::simd::rays::{self as lanes, Lanes};
+use crate::simd::Register;
 
 /// A ray made ready for triangle tests. The axis of the direction's largest component is a constant of the test functions; this
 /// says which to call.
@@ -23,10 +23,10 @@ pub struct EdgeRay {
     origin: [f64; 3],
     direction: [f64; 3],
     /// The origin and the two shears rounded to `f32`.
-    filter_origin: Lanes,
-    shear: [Lanes; 2],
+    filter_origin: Register,
+    shear: [Register; 2],
     /// What rounding the origin moved it by, times 3.
-    slack: Lanes,
+    slack: Register,
 }
 
 impl TriangleTest for EdgeRay {
@@ -65,9 +65,9 @@ impl EdgeRay {
             dominant,
             origin,
             direction,
-            filter_origin: lanes::of([filter_origin[0], filter_origin[1], filter_origin[2], 0.0]),
-            shear: [kx, ky].map(|k| lanes::splat((direction[k] / direction[dominant]) as f32)),
-            slack: lanes::splat(crate::geom::round_up(3.0 * moved)),
+            filter_origin: Register::of([filter_origin[0], filter_origin[1], filter_origin[2], 0.0]),
+            shear: [kx, ky].map(|k| Register::splat((direction[k] / direction[dominant]) as f32)),
+            slack: Register::splat(crate::geom::round_up(3.0 * moved)),
         }
     }
 
@@ -84,22 +84,19 @@ impl EdgeRay {
     fn surely_misses<const AXIS: usize>(&self, triangle: &TriangleRecord) -> bool {
         let (kx, ky) = others(AXIS);
         let rows: [[f32; 4]; 3] = bytemuck::cast(*triangle);
-        let [a, b, c] = rows.map(|row| lanes::sub(lanes::of(row), self.filter_origin));
-        let corners = lanes::axes_of_three(a, b, c);
+        let corners = Register::transpose_three(rows.map(|row| Register::of(row) - self.filter_origin));
         let z = corners[AXIS];
-        let x = lanes::sub(corners[kx], lanes::mul(self.shear[0], z));
-        let y = lanes::sub(corners[ky], lanes::mul(self.shear[1], z));
-        let reach = lanes::add(lanes::abs(x), lanes::abs(y));
-        let relative = lanes::mul(lanes::add(reach, lanes::abs(z)), lanes::splat(4.0 * f32::EPSILON));
-        let error = lanes::add(relative, self.slack);
-        let reach = lanes::add(reach, error);
+        let x = corners[kx] - self.shear[0] * z;
+        let y = corners[ky] - self.shear[1] * z;
+        let reach = x.abs() + y.abs();
+        let error = (reach + z.abs()) * Register::splat(4.0 * f32::EPSILON) + self.slack;
+        let reach = reach + error;
 
         // The edge functions of each corner and the one before it.
-        let [qx, qy, q_reach, q_error] = [x, y, reach, error].map(lanes::previous);
-        let bound = lanes::add(lanes::mul(reach, q_error), lanes::mul(q_reach, error));
-        let bound = lanes::add(bound, lanes::splat(UNDERFLOW));
-        let side = lanes::sub(lanes::mul(x, qy), lanes::mul(y, qx));
-        let (left, right) = (lanes::less(bound, side), lanes::less(side, lanes::negated(bound)));
+        let [qx, qy, q_reach, q_error] = [x, y, reach, error].map(Register::previous);
+        let bound = reach * q_error + q_reach * error + Register::splat(UNDERFLOW);
+        let side = x * qy - y * qx;
+        let (left, right) = (bound.less(side), side.less(bound.negated()));
         (left != 0) & (right != 0)
     }
 

@@ -14,7 +14,7 @@
 use super::intersect::larger;
 use crate::geom::{Aabb, round_down, round_up};
 use crate::layout::Node;
-use crate::simd::rays::{self as lanes, Lanes};
+use crate::simd::Register;
 use std::marker::PhantomData;
 
 /// `9u`, rounded up to what `1 + WIDEN` can hold: how much of itself the exit distance is widened by.
@@ -68,12 +68,12 @@ impl Rule for Plain {
 #[derive(Clone, Copy, Debug)]
 pub struct Slabs<R> {
     /// The origin that makes the entry distance smallest, and the one that makes the exit distance largest.
-    origins: [Lanes; 3],
+    origins: [Register; 3],
     /// `1 / direction`. Infinite where the ray is parallel to the slab: then an origin inside gives −∞ and +∞, one on a face gives
     /// NaN, which the maximum ignores. NaN where the reciprocal is not a normal number: the axis is not used.
-    inverses: [Lanes; 3],
+    inverses: [Register; 3],
     /// By axis, all ones where a box's maximum is entered first.
-    enters_high: Lanes,
+    enters_high: Register,
     t_min: f32,
     rule: PhantomData<R>,
 }
@@ -109,9 +109,9 @@ impl<R: Rule> Slabs<R> {
             inverses[axis] = if d == 0.0 { f32::INFINITY } else { inverse };
         }
         Slabs {
-            origins: [0, 1, 2].map(|a| lanes::of([near[a], near[a], far[a], far[a]])),
+            origins: [0, 1, 2].map(|a| Register::of([near[a], near[a], far[a], far[a]])),
             inverses: inverses.map(entering_and_leaving::<R>),
-            enters_high: lanes::of(enters_high),
+            enters_high: Register::of(enters_high),
             t_min,
             rule: PhantomData,
         }
@@ -122,9 +122,9 @@ impl<R: Rule> Slabs<R> {
         let inverses = direction.map(|d| 1.0 / d as f32);
         let flipped = inverses.map(|i| f32::from_bits(if i < 0.0 { u32::MAX } else { 0 }));
         Slabs {
-            origins: origin.map(|o| lanes::splat(o as f32)),
+            origins: origin.map(|o| Register::splat(o as f32)),
             inverses: inverses.map(entering_and_leaving::<R>),
-            enters_high: lanes::of([flipped[0], flipped[1], flipped[2], 0.0]),
+            enters_high: Register::of([flipped[0], flipped[1], flipped[2], 0.0]),
             t_min,
             rule: PhantomData,
         }
@@ -133,34 +133,35 @@ impl<R: Rule> Slabs<R> {
     /// [`Fault::SignOfZero`](super::observe::Fault).
     pub fn entering_by_sign(mut self, direction: [f64; 3]) -> Slabs<R> {
         let [x, y, z] = direction.map(|d| f32::from_bits(if d.is_sign_negative() { u32::MAX } else { 0 }));
-        self.enters_high = lanes::of([x, y, z, 0.0]);
+        self.enters_high = Register::of([x, y, z, 0.0]);
         self
     }
 
     /// What [`Slabs::pair`] takes as the part of the ray that counts: from its start to `limit`.
     #[inline(always)]
-    pub fn reach(&self, limit: f32) -> Lanes {
+    pub fn reach(&self, limit: f32) -> Register {
         let limit = -R::widened(limit);
-        lanes::of([self.t_min, self.t_min, limit, limit])
+        Register::of([self.t_min, self.t_min, limit, limit])
     }
 
     /// Entry distances of two boxes, and a bit for each that the ray meets: bit 0 for the first, bit 1 for the second.
     #[inline(always)]
-    pub fn pair(&self, nodes: &[Node; 2], reach: Lanes) -> ([f32; 2], u32) {
+    pub fn pair(&self, nodes: &[Node; 2], reach: Register) -> ([f32; 2], u32) {
         // Exchange the planes of the axes that the ray follows downward. The fourth lanes, integers, are left behind.
         let sorted = |node: &Node| {
-            let [min, max]: [Lanes; 2] = bytemuck::cast::<Node, [[f32; 4]; 2]>(*node).map(lanes::of);
-            let other = lanes::and(lanes::xor(min, max), self.enters_high);
-            (lanes::xor(min, other), lanes::xor(max, other))
+            let [min, max]: [Register; 2] = bytemuck::cast::<Node, [[f32; 4]; 2]>(*node).map(Register::of);
+            let other = (min ^ max) & self.enters_high;
+            (min ^ other, max ^ other)
         };
         let ((enter_a, leave_a), (enter_b, leave_b)) = (sorted(&nodes[0]), sorted(&nodes[1]));
-        let [x, y, z] = lanes::axes_of_four(enter_a, enter_b, leave_a, leave_b);
-        let along =
-            |planes: Lanes, axis: usize| lanes::mul(lanes::sub(planes, self.origins[axis]), self.inverses[axis]);
-        let latest = lanes::max(along(z, 2), lanes::max(along(y, 1), lanes::max(along(x, 0), reach)));
-        let leave = lanes::negated(lanes::upper(latest));
-        let [a, b, ..] = lanes::array(latest);
-        ([a, b], lanes::less_or_equal(latest, leave) & 0b11)
+        let [x, y, z, _] = Register::transpose([enter_a, enter_b, leave_a, leave_b]);
+        let along = |planes: Register, axis: usize| (planes - self.origins[axis]) * self.inverses[axis];
+
+        // A distance that is NaN does not count: the maximum is then its second operand.
+        let latest = along(z, 2).max(along(y, 1).max(along(x, 0).max(reach)));
+        let leave = latest.upper().negated();
+        let [a, b, ..] = latest.array();
+        ([a, b], latest.less_or_equal(leave) & 0b11)
     }
 
     /// Whether the ray meets a box before `limit`.
@@ -170,9 +171,9 @@ impl<R: Rule> Slabs<R> {
 }
 
 #[inline(always)]
-fn entering_and_leaving<R: Rule>(inverse: f32) -> Lanes {
+fn entering_and_leaving<R: Rule>(inverse: f32) -> Register {
     let leaving = -inverse * (1.0 + R::EXIT);
-    lanes::of([inverse, inverse, leaving, leaving])
+    Register::of([inverse, inverse, leaving, leaving])
 }
 
 const fn power_of_two(exponent: i32) -> f64 {
@@ -210,11 +211,11 @@ mod tests {
     fn plain(slabs: &Slabs<Conservative>, node: &Node, limit: f32) -> (f32, bool) {
         let (mut near, mut far) = (slabs.t_min, Conservative::widened(limit));
         for axis in 0..3 {
-            let high = lanes::array(slabs.enters_high)[axis].to_bits() != 0;
+            let high = slabs.enters_high.array()[axis].to_bits() != 0;
             let (low, top) = (node.min[axis], node.max[axis]);
             let (enter, leave) = if high { (top, low) } else { (low, top) };
             let ([near_origin, _, far_origin, _], [inverse, _, leaving, _]) =
-                (lanes::array(slabs.origins[axis]), lanes::array(slabs.inverses[axis]));
+                (slabs.origins[axis].array(), slabs.inverses[axis].array());
             let (t_enter, t_leave) = ((enter - near_origin) * inverse, (leave - far_origin) * -leaving);
             near = if t_enter > near { t_enter } else { near };
             far = if t_leave < far { t_leave } else { far };
@@ -262,13 +263,13 @@ mod tests {
                 let inverse = if d == 0.0 { f32::INFINITY } else { (1.0 / d) as f32 };
                 let leaving = -inverse * (1.0 + WIDEN);
                 let same =
-                    |lanes: Lanes, want: [f32; 4]| lanes::array(lanes).map(f32::to_bits) == want.map(f32::to_bits);
+                    |register: Register, want: [f32; 4]| register.array().map(f32::to_bits) == want.map(f32::to_bits);
                 assert!(
                     same(slabs.origins[axis], [near, near, far, far]),
                     "{origin:?} {direction:?} {bounds:?} {t_min}"
                 );
                 let usable = d == 0.0 || inverse.is_normal();
-                let inverses = lanes::array(slabs.inverses[axis]);
+                let inverses = slabs.inverses[axis].array();
                 assert!(!usable || inverses == [inverse, inverse, leaving, leaving], "{direction:?}");
                 assert!(usable || inverses.iter().all(|i| i.is_nan()), "{direction:?}");
             }
