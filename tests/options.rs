@@ -4,8 +4,8 @@
 use bvhc::build::{BuildOptions, Executor, Kind, METHODS, NoProgress, OPTIONS, OptionInfo, Preset};
 use bvhc::compile::compile;
 use bvhc::geom::Affine;
-use bvhc::scene::{Instance, Mesh, Part, Scene};
 use bvhc::random::Random;
+use bvhc::scene::{Instance, Mesh, Part, Scene};
 use bvhc::tree::Tree;
 
 /// A mesh in two places: small triangles with long thin ones across, so that every step of every method has something to do.

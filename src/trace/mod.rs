@@ -40,6 +40,7 @@ pub mod rays;
 #[doc(hidden)]
 pub use bvhc_core::trace::Fault;
 pub use bvhc_core::trace::{
-    Counters, FARTHEST, Hit, Malformed, NoObserver, Observer, any_hit, closest_hit, try_any_hit, try_closest_hit,
+    Counters, FARTHEST, Hit, Malformed, NoObserver, Observer, Step, Visit, any_hit, closest_hit, try_any_hit,
+    try_closest_hit,
 };
 pub use lent::Lent;
