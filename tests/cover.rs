@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use bvhc::build::{BuildOptions, Executor, Method, NoProgress, build_tree};
+use bvhc::build::{BuildOptions, Method, NoProgress};
 use bvhc::cache::check::{Limits, check_image};
 use bvhc::cache::{Image, TriangleRecord};
+use bvhc::compile::build_tree;
+use bvhc::exec::Executor;
 use bvhc::geom::{Aabb, Point};
 use bvhc::scene::{Mesh, Part};
 use bvhc_core::cache::parts::{Cover, Covered};
