@@ -1,10 +1,10 @@
 //! Cache files as inputs of a command, and the library's errors as failures.
 
-use super::Context;
 use super::exit::Exit;
 use super::failure::Failure;
 use super::figures;
 use super::names;
+use super::{Context, advice};
 use crate::build::{BuildError, BuildOptions, Levels, Named, Remedy};
 use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, MAGIC, Meta, OpenOptions, Validation};
 use crate::compile;
@@ -151,7 +151,11 @@ pub fn scene_failure(error: &SceneError) -> Failure {
         scene::ErrorKind::Unsupported => Exit::Unsupported,
         scene::ErrorKind::Limit => Exit::Limit,
     };
-    Failure::from_message(exit, &error.to_string())
+    let failure = advice::told(Failure::from_message(exit, &error.to_string()), error);
+    match advice::for_scene(error) {
+        Some(help) => failure.help(help),
+        None => failure,
+    }
 }
 
 /// Refuse a scene whose instances or duplicates would take more than `--max-memory` when they are laid out.

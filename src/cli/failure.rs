@@ -39,17 +39,12 @@ impl Failure {
         Failure { exit, action: action.into(), facts: Vec::new(), help: None, silent: false }
     }
 
-    /// A library error's text: the first line is the action, a line that begins with `help:` the remedy, all others are facts.
+    /// A library error's text: the first line is the action, all others are facts. What helps, the caller adds.
     pub fn from_message(exit: Exit, message: &str) -> Failure {
         let mut lines = message.lines().map(str::trim).filter(|l| !l.is_empty());
         let action = lines.next().unwrap_or_default();
         let mut failure = Failure::new(exit, decapitalise(action.trim_end_matches('.')));
-        for line in lines {
-            match line.strip_prefix("help: ") {
-                Some(help) => failure.help = Some(decapitalise(help)),
-                None => failure.facts.push(line.to_string()),
-            }
-        }
+        failure.facts.extend(lines.map(str::to_string));
         failure
     }
 
@@ -119,8 +114,8 @@ mod tests {
 
     #[test]
     fn a_library_message_is_taken_apart() {
-        let f = Failure::from_message(Exit::Model, "Cannot read a.obj.\n  line 3 is cut short\nhelp: Export it again");
-        assert_eq!((f.action.as_str(), f.help.as_deref()), ("cannot read a.obj", Some("export it again")));
+        let f = Failure::from_message(Exit::Model, "Cannot read a.obj.\n  line 3 is cut short").help("export it again");
+        assert_eq!((f.action.as_str(), &f.facts[..]), ("cannot read a.obj", &["line 3 is cut short".to_string()][..]));
         assert_eq!(f.to_text(str::to_string), "error: cannot read a.obj\n  line 3 is cut short\nhelp: export it again");
     }
 

@@ -13,6 +13,7 @@
 //!
 //! Results go to stdout; progress, warnings and errors go to stderr.
 
+mod advice;
 pub mod args;
 mod caches;
 pub mod commands;

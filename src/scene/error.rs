@@ -1,71 +1,158 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Why a model was not read. Every message names the file, says the fact with its values and the rule, and ends in one
-/// `help:` line where there is a remedy.
+/// Why a model was not read: data, which a program puts into its own words.
+///
+/// The text of each is the failed action with the file's name, and then facts with their values, one a line. It names no flag of the
+/// command line, and not its [source](std::error::Error::source).
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
-    #[error("cannot read {}\n  {source}", path.display())]
-    Unreadable { path: PathBuf, source: std::io::Error },
-
+    /// The model cannot be opened or read.
+    #[error("cannot read {}", path.display())]
+    Unreadable {
+        /// The model.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// A file that the model names cannot be opened.
     #[error(
-        "cannot read {}\n  buffer {buffer} names {}, which cannot be opened: {source}\nhelp: put the file there, or export \
-         the model as one .glb file",
+        "cannot read {}\n  buffer {buffer} names {}, which cannot be opened",
         model.display(), clipped(&path.to_string_lossy())
     )]
-    MissingBuffer { model: PathBuf, buffer: usize, path: PathBuf, source: std::io::Error },
-
+    MissingBuffer {
+        /// The model.
+        model: PathBuf,
+        /// Number of the glTF buffer.
+        buffer: usize,
+        /// The file that it names.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// The model names a file outside of its folder: see [`ReadOptions::allow_outside`](super::ReadOptions::allow_outside).
     #[error(
-        "cannot read {}\n  buffer {buffer} names '{uri}', {why}\n  a model may only name files in its own folder\nhelp: if \
-         you trust this model, allow it with --allow-outside",
+        "cannot read {}\n  buffer {buffer} names '{uri}', {why}\n  a model may only name files in its own folder",
         model.display()
     )]
-    OutsideFolder { model: PathBuf, buffer: usize, uri: String, why: &'static str },
-
+    OutsideFolder {
+        /// The model.
+        model: PathBuf,
+        /// Number of the glTF buffer.
+        buffer: usize,
+        /// What it names.
+        uri: String,
+        /// Where that leads.
+        why: &'static str,
+    },
+    /// The model breaks its format.
     #[error("cannot read {}\n  {reason}", At(path, *line))]
-    Malformed { path: PathBuf, line: Option<u64>, reason: String },
-
-    #[error("cannot read {}\n  it has no statement of an OBJ model, such as v or f; it begins with {found}\nhelp: {advice}", path.display())]
-    NotObj { path: PathBuf, found: String, advice: &'static str },
-
+    Malformed {
+        /// The model.
+        path: PathBuf,
+        /// The line, where the format has lines.
+        line: Option<u64>,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A text without any statement of an OBJ model.
+    #[error("cannot read {}\n  it has no statement of an OBJ model, such as v or f; it begins with {found}", path.display())]
+    NotObj {
+        /// The file.
+        path: PathBuf,
+        /// How it begins.
+        found: String,
+        /// What it may be instead.
+        resembles: Resemblance,
+    },
+    /// [`Degenerate::Error`](super::Degenerate::Error) and triangles that it refuses.
     #[error(
         "cannot read {}\n  it has {degenerate} triangles without area and {non_finite} with NaN or infinite positions; the \
-         first is triangle {first} of {mesh}\nhelp: leave them out with --degenerate drop",
+         first is triangle {first} of {mesh}",
         path.display()
     )]
-    Degenerate { path: PathBuf, degenerate: u64, non_finite: u64, first: u64, mesh: String },
-
-    #[error(
-        "cannot read {}\n  neither its name nor its content is that of an OBJ, glTF or GLB file\nhelp: convert it to one of \
-         these",
-        path.display()
-    )]
-    UnknownFormat { path: PathBuf },
-
-    #[error(
-        "cannot read {}\n  it needs the glTF extension {extension}, which bvhc does not read: {why}\nhelp: {advice}",
-        path.display()
-    )]
-    UnsupportedExtension { path: PathBuf, extension: String, why: &'static str, advice: String },
-
-    #[error(
-        "cannot read {}\n  it needs a reader of glTF {version}; this one reads glTF 2.0\nhelp: export it as glTF 2.0",
-        path.display()
-    )]
-    UnsupportedVersion { path: PathBuf, version: String },
-
-    #[error(
-        "cannot read {}\n  {what} needs {} in all; the limit is {}\nhelp: raise it with --max-memory",
-        path.display(), Bytes(*need), Bytes(*limit)
-    )]
-    Memory { path: PathBuf, what: String, need: u64, limit: u64 },
-
+    Degenerate {
+        /// The model.
+        path: PathBuf,
+        /// Triangles without area.
+        degenerate: u64,
+        /// Triangles with NaN or infinite corners.
+        non_finite: u64,
+        /// Number of the first of them in its mesh.
+        first: u64,
+        /// That mesh.
+        mesh: String,
+    },
+    /// Neither the file's name nor its content is that of a model.
+    #[error("cannot read {}\n  neither its name nor its content is that of an OBJ, glTF or GLB file", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The model needs a glTF extension that is not read: see [`ReadOptions::ignore_extensions`](super::ReadOptions::ignore_extensions).
+    #[error("cannot read {}\n  it needs the glTF extension {extension}, which bvhc does not read: {why}", path.display())]
+    UnsupportedExtension {
+        /// The model.
+        path: PathBuf,
+        /// Name of the extension.
+        extension: String,
+        /// What it does to triangles.
+        why: &'static str,
+        /// Whether the data are there without it, so that it can be ignored.
+        ignorable: bool,
+    },
+    /// The model is of another version of glTF.
+    #[error("cannot read {}\n  it needs a reader of glTF {version}; this one reads glTF 2.0", path.display())]
+    UnsupportedVersion {
+        /// The model.
+        path: PathBuf,
+        /// The version that it needs.
+        version: String,
+    },
+    /// [`ReadOptions::max_memory`](super::ReadOptions::max_memory) is too small.
+    #[error("cannot read {}\n  {what} needs {} in all; the limit is {}", path.display(), Bytes(*need), Bytes(*limit))]
+    Memory {
+        /// The model.
+        path: PathBuf,
+        /// What is to be held.
+        what: String,
+        /// Bytes that would be needed.
+        need: u64,
+        /// Bytes that may be used.
+        limit: u64,
+    },
+    /// More than 32-bit numbers count.
     #[error("cannot read {}\n  {what}; the limit is {limit}", path.display())]
-    TooMany { path: PathBuf, what: String, limit: u64 },
+    TooMany {
+        /// The model.
+        path: PathBuf,
+        /// What there is too much of, with its number.
+        what: String,
+        /// The largest number.
+        limit: u64,
+    },
+}
+
+/// What a file that is no OBJ model looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Resemblance {
+    /// The pointer that Git LFS leaves in the place of a large file.
+    LfsPointer,
+    /// HTML or XML.
+    WebPage,
+    /// An OBJ with keywords in capitals.
+    Capitals,
+    /// JSON, so perhaps a glTF.
+    Json,
+    /// Nothing that is known.
+    Nothing,
 }
 
 /// What a caller can do about a [`SceneError`]; the command line maps each kind to one exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ErrorKind {
     /// A file cannot be opened or read.
     Io,
@@ -78,6 +165,7 @@ pub enum ErrorKind {
 }
 
 impl SceneError {
+    /// The class of the error.
     pub fn kind(&self) -> ErrorKind {
         match self {
             SceneError::Unreadable { .. } | SceneError::MissingBuffer { .. } => ErrorKind::Io,

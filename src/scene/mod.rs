@@ -18,7 +18,7 @@ mod source;
 mod validate;
 
 pub(crate) use collinear::is_collinear;
-pub use error::{ErrorKind, SceneError};
+pub use error::{ErrorKind, Resemblance, SceneError};
 pub use gltf::{EXTENSIONS as GLTF_EXTENSIONS, Extension as GltfExtension, Treatment, extension as gltf_extension};
 pub use options::{Degenerate, Format, ReadOptions};
 pub(crate) use precision::shortest_edges;

@@ -36,41 +36,35 @@ pub trait Device {
 
 /// Why a device gave no answer.
 ///
-/// The text of each is the failed action, facts, and a line that begins with `help:`.
+/// The text of each is the failed action and facts, one a line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DeviceError {
     #[error("Cannot trace on {device}.\n{malformed}")]
     Malformed { device: String, malformed: Malformed },
     #[error(
-        "Cannot use OpenCL: no OpenCL library could be loaded.\n{library} is looked for, and what the variable OPENCL_DYLIB_PATH names.\nhelp: install an ICD loader and a driver (Debian: apt install ocl-icd-libopencl1 pocl-opencl-icd), or pass --device cpu"
+        "Cannot use OpenCL: no OpenCL library could be loaded.\n{library} is looked for, and what the variable OPENCL_DYLIB_PATH names."
     )]
     NoLibrary { library: &'static str },
     #[error(
-        "Cannot use OpenCL: there is no device.\nThe OpenCL library was loaded; {platforms} drivers are registered with it, and none of them has a device.\nhelp: install a driver (Debian: apt install pocl-opencl-icd), or pass --device cpu"
+        "Cannot use OpenCL: there is no device.\nThe OpenCL library was loaded; {platforms} drivers are registered with it, and none of them has a device."
     )]
     NoDevice { platforms: usize },
     #[error(
-        "Cannot use OpenCL device {index}: there are {count}, numbered from 0.\n{list}\nhelp: bvhc verify --list-devices",
+        "Cannot use OpenCL device {index}: there are {count}, numbered from 0.\n{list}",
         count = devices.len(),
         list = numbered(devices)
     )]
     NoSuchDevice { index: usize, devices: Vec<String> },
-    #[error(
-        "Cannot use {device}.\n{reason}\nhelp: bvhc verify --list-devices, then --device with another, or --device cpu"
-    )]
+    #[error("Cannot use {device}.\n{reason}")]
     Unusable { device: String, reason: String },
     #[error(
-        "Cannot use {device}: its memory is too small for {what}.\nNeeded are {needed} bytes, available {available}.\nhelp: pass --device cpu, or build the file with fewer references (bvhc build --method binned)"
+        "Cannot use {device}: its memory is too small for {what}.\nNeeded are {needed} bytes, available {available}."
     )]
     OutOfMemory { device: String, what: String, needed: u64, available: u64 },
-    #[error(
-        "Cannot compile the kernels for {device}: {status}.\n{log}\nhelp: update the driver and report this log, or pass --device cpu"
-    )]
+    #[error("Cannot compile the kernels for {device}: {status}.\n{log}")]
     Build { device: String, status: String, log: String },
-    #[error(
-        "Cannot trace on {device}: {call} failed with {status}.\nhelp: try again, update the driver, or pass --device cpu"
-    )]
+    #[error("Cannot trace on {device}: {call} failed with {status}.")]
     Runtime { device: String, call: &'static str, status: String },
 }
 

@@ -8,19 +8,19 @@ use crate::scene::{Part, Scene};
 #[non_exhaustive]
 pub enum OtherModel {
     #[error(
-        "Cannot judge the file by this model: the model has {model} meshes with triangles, and the file has {file} trees, so it was built from something else.\nhelp: bvhc check FILE --source MODEL"
+        "Cannot judge the file by this model: the model has {model} meshes with triangles, and the file has {file} trees, so it was built from something else."
     )]
     Trees { model: usize, file: usize },
     #[error(
-        "Cannot judge the file by this model: the model has {model} instances, and the file has {file}, so it was built from something else.\nhelp: bvhc check FILE --source MODEL"
+        "Cannot judge the file by this model: the model has {model} instances, and the file has {file}, so it was built from something else."
     )]
     Instances { model: usize, file: usize },
     #[error(
-        "Cannot judge the file by this model: the model gives tree {tree} {model} parts, and the file has {file}, so it was built from something else.\nhelp: bvhc check FILE --source MODEL"
+        "Cannot judge the file by this model: the model gives tree {tree} {model} parts, and the file has {file}, so it was built from something else."
     )]
     Parts { tree: usize, model: usize, file: usize },
     #[error(
-        "Cannot judge the file by this model: part {part} of tree {tree} has {model} in the model, and {file} in the file, so it was built from something else.\nhelp: bvhc check FILE --source MODEL"
+        "Cannot judge the file by this model: part {part} of tree {tree} has {model} in the model, and {file} in the file, so it was built from something else."
     )]
     Part { tree: usize, part: usize, model: String, file: String },
 }

@@ -153,12 +153,7 @@ pub(super) fn admit(required: &[String], used: Vec<String>, source: &Source) -> 
 fn refusal(name: &str, row: Option<&Extension>, source: &Source) -> SceneError {
     const UNKNOWN: &str = "whether it moves or changes triangles is not known here";
     let why = row.map_or(UNKNOWN, |row| row.why);
-    let ignore = format!("--ignore-extension {name}");
-    let advice = match row {
-        Some(row) if row.name == RTC => format!("build the model around its own origin: {ignore}"),
-        _ => format!("export the model without it, or read it as if it were not there: {ignore}"),
-    };
-    SceneError::UnsupportedExtension { path: source.path.to_owned(), extension: name.to_owned(), why, advice }
+    SceneError::UnsupportedExtension { path: source.path.to_owned(), extension: name.to_owned(), why, ignorable: true }
 }
 
 /// The refusal of a compressed part, with the way out.
@@ -167,6 +162,6 @@ pub(super) fn compressed(extension: &str, source: &Source) -> SceneError {
         path: source.path.to_owned(),
         extension: extension.to_owned(),
         why: "compressed triangles need a decoder",
-        advice: "decode the model once, for example with: npx @gltf-transform/cli cp in.glb out.glb".to_owned(),
+        ignorable: false,
     }
 }

@@ -1,8 +1,8 @@
 use super::names::{part_name, readable};
 use super::words::{Words, parse_digits, split_word};
-use crate::scene::SceneError;
 use crate::scene::options::BOM;
 use crate::scene::source::Source;
+use crate::scene::{Resemblance, SceneError};
 use std::io::{self, BufRead, Read};
 
 /// The file's statements as `tobj` gets them: one `v`, `f` or `g` statement at a time and nothing else.
@@ -437,18 +437,18 @@ const KEYWORDS: [&[u8]; 13] =
 /// A text without any statement of an OBJ file, which begins with `line`.
 fn not_obj(line: &[u8], source: &Source) -> SceneError {
     let keyword = split_word(line).0.to_ascii_lowercase();
-    let advice = if line.starts_with(b"version https://git-lfs") {
-        "it is a Git LFS pointer; fetch the model that it stands for: git lfs pull"
+    let resembles = if line.starts_with(b"version https://git-lfs") {
+        Resemblance::LfsPointer
     } else if line.starts_with(b"<") {
-        "it looks like a web page; download the model itself once more"
+        Resemblance::WebPage
     } else if KEYWORDS.contains(&keyword.as_slice()) {
-        "keywords of OBJ are in small letters; export the model once more"
+        Resemblance::Capitals
     } else if line.starts_with(b"{") {
-        "it looks like a glTF; name it so: *.gltf"
+        Resemblance::Json
     } else {
-        "export the model once more as OBJ or glTF"
+        Resemblance::Nothing
     };
     let shown: String = String::from_utf8_lossy(line).chars().take(40).collect();
     let cut = if shown.len() < line.len() { "…" } else { "" };
-    SceneError::NotObj { path: source.path.to_owned(), found: format!("'{shown}{cut}'"), advice }
+    SceneError::NotObj { path: source.path.to_owned(), found: format!("'{shown}{cut}'"), resembles }
 }

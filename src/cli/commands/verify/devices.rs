@@ -1,9 +1,9 @@
 //! Which devices are asked for, which there are, and opening them.
 
 use crate::cache::View;
-use crate::cli::Context;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::{Context, advice};
 use crate::verify::{Device, DeviceError};
 
 #[cfg(feature = "opencl")]
@@ -47,7 +47,11 @@ pub fn failure(error: &DeviceError) -> Failure {
         DeviceError::Malformed { .. } => Exit::Negative,
         _ => Exit::Unsupported,
     };
-    Failure::from_message(exit, &error.to_string())
+    let failure = Failure::from_message(exit, &error.to_string());
+    match advice::for_device(error) {
+        Some(help) => failure.help(help),
+        None => failure,
+    }
 }
 
 #[cfg(feature = "opencl")]
