@@ -37,7 +37,7 @@ fn build(scene: &Scene, options: &BuildOptions) -> (Vec<Tree>, Option<Tree>) {
 /// Values all over the range, but no large ones where a count costs time or memory.
 fn values(row: &OptionInfo) -> Vec<String> {
     let texts = match row.kind {
-        Kind::Count(least, _) => [least, least + 3, 20].map(|n| n.to_string()).to_vec(),
+        Kind::Count(least, _) => [least, least + 3, 300].map(|n| n.to_string()).to_vec(),
         Kind::Real(least, most) => [least, 0.02, 0.3, most.min(50.0)].map(|v| v.to_string()).to_vec(),
         Kind::Switch => ["true", "false"].map(String::from).to_vec(),
         Kind::Choice(names) => names().into_iter().map(String::from).collect(),
