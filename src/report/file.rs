@@ -109,7 +109,7 @@ mod tests {
 
     fn one_triangle() -> (Mesh, Tree) {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        let mesh = Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() };
+        let mesh = Mesh::new("", positions, vec![[0, 1, 2]]).unwrap();
         let leaf = Node::leaf(mesh.triangle_box(0), 0, 1);
         (mesh, Tree { nodes: vec![leaf, bytemuck::Zeroable::zeroed()], refs: vec![0] })
     }

@@ -53,7 +53,13 @@ mod tests {
     fn rays_get_the_same_answers_as_from_an_image() {
         let positions = (0..600u32).map(|i| [i % 7, i % 11, i % 13].map(|c| c as f32 - 4.0)).collect();
         let triangles = (0..200).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        let part = |first| Part { first_triangle: first, triangle_count: 100, prim_count: 100, ..Part::default() };
+        let part = |first| Part {
+            first_triangle: first,
+            triangle_count: 100,
+            first_prim: first,
+            prim_count: 100,
+            ..Part::default()
+        };
         let mesh = Mesh { positions, triangles, parts: vec![part(0), part(100)], ..Mesh::default() };
         let options = BuildOptions::preset(Preset::Balanced);
         let tree = initial_tree(&mesh, &options, &Executor::sequential(), &NoProgress).unwrap();

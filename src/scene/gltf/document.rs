@@ -143,13 +143,18 @@ pub(super) struct Mesh {
     pub weights: Option<Vec<f64>>,
 }
 
+/// Values of `mode`.
+pub(super) const TRIANGLES: u32 = 4;
+pub(super) const TRIANGLE_STRIP: u32 = 5;
+pub(super) const TRIANGLE_FAN: u32 = 6;
+
 #[derive(Deserialize)]
 pub(super) struct Primitive {
     /// Accessors by the names of vertex attributes.
     pub attributes: BTreeMap<String, Index>,
     pub indices: Option<Index>,
     pub material: Option<Index>,
-    pub mode: Option<Index>,
+    mode: Option<Index>,
     /// Accessors of displacements, by the names of the attributes that each morph target moves.
     pub targets: Option<Vec<BTreeMap<String, Index>>>,
     extensions: Option<ExtensionNames>,
@@ -206,6 +211,16 @@ impl Document {
 }
 
 impl Primitive {
+    pub fn mode(&self) -> u32 {
+        self.mode.map_or(TRIANGLES, |mode| mode.0)
+    }
+
+    /// The accessor of the positions, if it has such and is a surface.
+    pub fn surface_positions(&self) -> Option<usize> {
+        let is_surface = (TRIANGLES..=TRIANGLE_FAN).contains(&self.mode());
+        self.attribute("POSITION").filter(|_| is_surface)
+    }
+
     pub fn attribute(&self, name: &str) -> Option<usize> {
         self.attributes.get(name).map(|a| a.0 as usize)
     }

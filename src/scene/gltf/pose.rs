@@ -1,7 +1,6 @@
 use super::buffers::Buffers;
 use super::document::{Document, Mesh};
 use super::nodes::{self, Layout, Shown};
-use super::primitive::surface_positions;
 use super::skin::Skin;
 use super::vertices::influences;
 use crate::geom::Affine;
@@ -65,7 +64,7 @@ impl Stage {
     pub fn pose(&self, document: &Document, shown: &Shown, report: &mut ReadReport) -> Pose {
         let mesh = &document.meshes[shown.mesh as usize];
         let mut pose = Pose { weights: weights(document, shown, mesh, report), ..Pose::default() };
-        let surfaces = || mesh.primitives.iter().filter(|p| surface_positions(p).is_some());
+        let surfaces = || mesh.primitives.iter().filter(|p| p.surface_positions().is_some());
         let Some(skin) = shown.skin.filter(|_| surfaces().next().is_some()) else { return pose };
         let has_joints = self.joints.get(&skin).is_some_and(|j| !j.is_empty());
         let held = surfaces().filter(|p| has_joints && !influences(p).is_empty()).count();
@@ -90,7 +89,7 @@ impl Stage {
 fn weights(document: &Document, shown: &Shown, mesh: &Mesh, report: &mut ReadReport) -> Vec<u64> {
     let of_node = document.nodes[shown.node as usize].weights.as_ref().filter(|w| !w.is_empty());
     let given = of_node.or(mesh.weights.as_ref()).map_or(&[][..], Vec::as_slice);
-    let surfaces = || mesh.primitives.iter().filter(|p| surface_positions(p).is_some());
+    let surfaces = || mesh.primitives.iter().filter(|p| p.surface_positions().is_some());
     let mut weights: Vec<u64> = Vec::with_capacity(given.len());
     for (i, weight) in given.iter().enumerate() {
         let targets = || surfaces().map(|p| p.targets.as_ref().and_then(|t| t.get(i)));

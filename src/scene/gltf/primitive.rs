@@ -1,6 +1,6 @@
 use super::accessor;
 use super::buffers::Buffers;
-use super::document::{Document, Primitive};
+use super::document::{Document, Primitive, TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES};
 use super::extensions::{DRACO, compressed};
 use super::pose::{Pose, Stage};
 use super::vertices::Attributes;
@@ -9,20 +9,6 @@ use crate::scene::pose::{Place, Rounded, split_all};
 use crate::scene::source::Source;
 use crate::scene::{Mesh, Part, ReadReport, SceneError};
 use std::collections::BTreeMap;
-
-const TRIANGLES: u32 = 4;
-const TRIANGLE_STRIP: u32 = 5;
-const TRIANGLE_FAN: u32 = 6;
-
-/// The accessor of a primitive's positions, if it has such and is a surface.
-pub(super) fn surface_positions(primitive: &Primitive) -> Option<usize> {
-    let is_surface = (TRIANGLES..=TRIANGLE_FAN).contains(&mode(primitive));
-    primitive.attribute("POSITION").filter(|_| is_surface)
-}
-
-fn mode(primitive: &Primitive) -> u32 {
-    primitive.mode.map_or(TRIANGLES, |mode| mode.0)
-}
 
 /// Read one glTF mesh in one pose: its triangle primitives, one [`Part`] each. Primitives whose vertices are equal share them.
 ///
@@ -40,12 +26,12 @@ pub(super) fn mesh(
     let mut points = Points::new(pose, stage);
     for (number, primitive) in json.primitives.iter().enumerate() {
         let place = format!("primitive {number} of mesh {index}");
-        let mode = mode(primitive);
+        let mode = primitive.mode();
         if mode > TRIANGLE_FAN {
             return Err(SceneError::malformed(source.path, format!("{place} has a mode that glTF does not know")));
         }
         check_compression(document, primitive, source)?;
-        let Some(positions) = surface_positions(primitive) else {
+        let Some(positions) = primitive.surface_positions() else {
             report.skipped_primitives += 1;
             continue;
         };
