@@ -21,6 +21,16 @@ const GLTF: &str = r#"{"asset":{"version":"2.0"},"extensionsRequired":["EXT_mesh
 "nodes":[{"children":[1,2],"rotation":[0,0,1,0]},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,5,0,0,1]},{"mesh":1,"scale":[2,2,2],"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0,"SCALE":0}}}}],
 "scenes":[{"nodes":[0]}],"scene":0}"#;
 
+/// A skinned and morphed mesh, the same without skin, and a flattened one.
+const POSED: &str = r#"{"asset":{"version":"2.0"},
+"buffers":[{"byteLength":260,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAEAAAABAAABAAAAAACAPwAAAAAAAAAAAAAAAAAAAD8AAAA/AAAAAAAAAAAAAAAAAAAAAAAAgD8AAAAAAACAPwAAAAAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAAAAAAAAAAAAgD8AAAAAAACAvwAAAAAAAAAAAACAPwAAgD8AAAAAAAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAgL8AAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8="}],
+"bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":12},{"buffer":0,"byteOffset":48,"byteLength":48},{"buffer":0,"byteOffset":96,"byteLength":128},{"buffer":0,"byteOffset":224,"byteLength":36}],
+"accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":3},{"bufferView":1,"componentType":5121,"type":"VEC4","count":3},{"bufferView":2,"componentType":5126,"type":"VEC4","count":3},{"bufferView":3,"componentType":5126,"type":"MAT4","count":2},{"bufferView":4,"componentType":5126,"type":"VEC3","count":3}],
+"meshes":[{"weights":[0.5],"primitives":[{"attributes":{"POSITION":0,"JOINTS_0":1,"WEIGHTS_0":2,"JOINTS_1":1,"WEIGHTS_1":2},"targets":[{"POSITION":4}]}]}],
+"skins":[{"joints":[1,3],"inverseBindMatrices":3},{"joints":[3,3]}],
+"nodes":[{"children":[1,2],"scale":[2,2,2]},{"translation":[10,0,0]},{"mesh":0,"skin":0,"weights":[1]},{"rotation":[0,0,1,0]},{"mesh":0},{"mesh":0,"skin":1,"extensions":{"KHR_node_visibility":{"visible":true}}},{"mesh":0,"scale":[1,1,0]}],
+"scenes":[{"nodes":[0,4,5,6]}]}"#;
+
 /// What stands in for a number in the text.
 const NUMBERS: [&str; 18] = [
     "0",
@@ -97,6 +107,12 @@ fn glb() -> Vec<u8> {
     bytes
 }
 
+/// The small models by name.
+fn bases() -> Vec<(String, Vec<u8>)> {
+    let bases = [("a.obj", OBJ.into()), ("a.gltf", GLTF.into()), ("a.glb", glb()), ("posed.gltf", POSED.into())];
+    bases.map(|(name, base)| (name.to_owned(), base)).into()
+}
+
 /// Read `rounds` mutations of each base; every one must end within a second and two, and without a panic.
 fn survive(bases: &[(String, Vec<u8>)], rounds: usize) {
     let policies = [Degenerate::Keep, Degenerate::Drop, Degenerate::Error];
@@ -136,7 +152,7 @@ fn survive(bases: &[(String, Vec<u8>)], rounds: usize) {
 
 #[test]
 fn small_models_survive_mutation() {
-    let bases = [("a.obj", OBJ.into()), ("a.gltf", GLTF.into()), ("a.glb", glb())].map(|(n, b)| (n.to_owned(), b));
+    let bases = bases();
     for (name, base) in &bases {
         read_bytes(base.clone(), name, None, None, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     }
@@ -145,9 +161,9 @@ fn small_models_survive_mutation() {
 
 #[test]
 fn every_truncation_of_a_small_model_ends() {
-    for (name, base) in [("a.obj", OBJ.as_bytes().to_vec()), ("a.gltf", GLTF.into()), ("a.glb", glb())] {
+    for (name, base) in bases() {
         for length in 0..base.len() {
-            let _ = read_bytes(base[..length].to_vec(), name, None, None, &ReadOptions::default());
+            let _ = read_bytes(base[..length].to_vec(), &name, None, None, &ReadOptions::default());
         }
     }
 }
@@ -173,6 +189,6 @@ fn corner_files_survive_mutation() {
 #[test]
 #[ignore = "long: 900,000 mutations"]
 fn long_small_models_survive_many_mutations() {
-    let bases = [("a.obj", OBJ.into()), ("a.gltf", GLTF.into()), ("a.glb", glb())].map(|(n, b)| (n.to_owned(), b));
+    let bases = bases();
     survive(&bases, 300_000);
 }

@@ -1,4 +1,5 @@
 use crate::geom::{Affine, Point};
+use crate::scene::precision::local_origin;
 
 /// Posed positions as a mesh keeps them: rounded to `f32` once, with what rounding left off, around an origin near them.
 #[derive(Debug)]
@@ -22,14 +23,12 @@ impl Rounded {
             world.iter_mut().for_each(|p| (0..3).for_each(|k| p[k] -= origin[k]));
         }
         let (positions, remainders) = split_all(&world);
-        let mut transform = Affine::IDENTITY;
-        (0..3).for_each(|k| transform.rows[k][3] = origin[k]);
-        Rounded { positions, remainders, transform }
+        Rounded { positions, remainders, transform: Affine::translation(origin) }
     }
 }
 
-/// Along each axis the middle of the finite positions, where they stand far off, else zero. It is rounded to `f32`, so that a file can
-/// state it exactly, unless it is beyond that: then no file can place the mesh, and its instance says so.
+/// Where the finite positions stand far off, an origin beside them, which a file can state exactly; else zero. Along an axis that is beyond
+/// `f32` it is their middle: then no file can place the mesh, and its instance says so.
 fn origin(world: &[[f64; 3]]) -> [f64; 3] {
     let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in world.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
@@ -38,14 +37,14 @@ fn origin(world: &[[f64; 3]]) -> [f64; 3] {
         }
     }
     let size = (0..3).map(|k| max[k] - min[k]).fold(0.0, f64::max);
+    let reach = min.iter().chain(&max).map(|c| c.abs()).fold(0.0, f64::max);
+    if !(reach.is_finite() && reach > FAR * size) {
+        return [0.0; 3];
+    }
+    let near = local_origin([min, max]);
     [0, 1, 2].map(|k| {
-        let (reach, middle) = (min[k].abs().max(max[k].abs()), 0.5 * min[k] + 0.5 * max[k]);
-        let rounded = f64::from(middle as f32);
-        match reach.is_finite() && reach > FAR * size {
-            true if rounded.is_finite() => rounded,
-            true => middle,
-            false => 0.0,
-        }
+        let middle = 0.5 * min[k] + 0.5 * max[k];
+        if (middle as f32).is_finite() { near[k] } else { middle }
     })
 }
 
