@@ -31,7 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let planted = plant(&mut image, fault).ok_or("this file has nothing that can be broken so")?;
     let meta = cache.meta().cloned().unwrap_or_else(Meta::default);
-    write_file(Path::new(to), &image, &meta, &WriteOptions::default(), &Executor::current())?;
+    let unchecked = WriteOptions { check: false, ..WriteOptions::default() };
+    write_file(Path::new(to), &image, &meta, &unchecked, &Executor::current())?;
     println!("{to}: broke {} {:?}", planted.section, planted.records);
     Ok(())
 }
