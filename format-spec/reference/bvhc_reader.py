@@ -11,8 +11,10 @@ it shares no code with the tool. Exit status: 0 fine, 1 the file is invalid, 2 u
 
 import argparse
 import json
+import re
 import struct
 import sys
+from fractions import Fraction
 
 import numpy as np
 
@@ -28,6 +30,7 @@ except ImportError:
 MAGIC = b"\x89BVH\r\n\x1a\n"
 BLOCK = 1 << 20  # decoded bytes of one zstd frame [8]
 MAX_DECODED = 8 << 30
+MOST_COVERED = 500  # cut triangles of a tree of which the cover is proved, evenly spread: fractions take their time
 CRITICAL, COPY_SAFE, CONTENT = 1, 2, 4
 REFITTABLE, DUP_REFS, CANONICAL_DFS, SEQUENCE, TWO_LEVEL = 1, 2, 4, 8, 16
 TREE_FLAGS = ["REFITTABLE", "DUP_REFS", "CANONICAL_DFS", "SEQUENCE", "TWO_LEVEL"]
@@ -91,7 +94,11 @@ class File:
         self.read_header()
         self.read_table()
         self.check_hashes()
-        self.bodies = [self.decode(entry) for entry in self.table]
+        self.bodies = [None] * len(self.table)
+        for i, entry in sorted(enumerate(self.table), key=lambda entry: entry[1]["type"] != b"BLAS"):
+            self.bodies[i] = self.decode(entry)
+            if entry["type"] == b"BLAS" and self.bodies[i] is not None:
+                self.check_counts(self.bodies[i])  # before anything large is decoded [11]
         self.read_records()
         self.check_names()
         self.check_meta()
@@ -141,11 +148,11 @@ class File:
             require(size == 0 or size * elements == raw, "elem_size and elem_count of %r" % name)
             require(e["codec"] != 0 or (raw == stored and e["raw_hash"] == e["stored_hash"]), "lengths of raw %r" % name)
             flags, record = RECORDS.get(name.decode("latin-1"), (None, None))
-            if flags is None or e["schema"] != 1 or e["codec"] > 1:
+            if flags is None or e["ordinal"] != 0 or e["schema"] != 1 or e["codec"] > 1:
                 if e["flags"] & CRITICAL:
                     raise Unsupported("critical section %r, schema %d, codec %d" % (name, e["schema"], e["codec"]))
                 continue
-            require(e["ordinal"] == 0 and e["flags"] == flags, "ordinal or flags of %r" % name)
+            require(e["flags"] == flags, "flags of %r" % name)
             require(size == (record.itemsize if record else 0), "elem_size of %r" % name)
             require(name != b"META" or (raw <= 1 << 20 and elements == 0), "META exceeds 1 MiB or has records")
         require(len(self.data) - end < 64 and not any(self.data[end:]), "bytes behind the last section")
@@ -169,7 +176,7 @@ class File:
     def decode(self, e):
         """The decoded bytes of a section [8], or None for one that this reader skips."""
         stored = self.data[e["offset"]:e["offset"] + e["stored_len"]]
-        if e["type"].decode("latin-1") not in RECORDS or e["schema"] != 1 or e["codec"] > 1:
+        if not understood(e):
             return None
         if e["codec"] == 0:
             return stored
@@ -197,8 +204,21 @@ class File:
         require(blake3 is None or digest(raw) == e["raw_hash"], "raw_hash of %r" % e["type"])
         return raw
 
+    def check_counts(self, rows):
+        """What header, table and the rows of BLAS say of each other [5.4, 11]."""
+        records = {e["type"].decode(): e["elem_count"] for e in self.table if understood(e)}
+        for field, name in [("ref_count", "TRIS"), ("blas_count", "BLAS"), ("instance_count", "INST")]:
+            require(self.header[field] == records.get(name, 0), "header.%s is not the number of records of %s" % (field, name))
+        node_at = ref_at = 0
+        for b in map(plain, np.frombuffer(rows, RECORDS["BLAS"][1])):
+            require((b["node_offset"], b["ref_offset"]) == (node_at, ref_at), "BLAS rows do not tile NODE and TRIS")
+            require(b["ref_count"] <= 255 * (b["node_count"] // 2), "a tree has more references than its leaves can hold")
+            node_at, ref_at = node_at + b["node_count"], ref_at + b["ref_count"]
+        ends = (records.get("NODE", 0), records.get("TRIS", 0))
+        require((node_at, ref_at) == ends, "BLAS rows do not end with NODE and TRIS")
+
     def body(self, name):
-        found = [b for e, b in zip(self.table, self.bodies) if e["type"] == name.encode() and b is not None]
+        found = [b for e, b in zip(self.table, self.bodies) if e["type"] == name.encode() and understood(e)]
         return found[0] if found else None
 
     def read_records(self):
@@ -220,11 +240,6 @@ class File:
         require(self.two_level or len(self.blas) <= 1, "several BLASes in a one-level file")
         duplicates = any(self.blas["flags"] == DUP_REFS)
         require(duplicates == bool(self.flags & DUP_REFS), "DUP_REFS of the header and of the BLASes")
-        node_at = ref_at = 0
-        for b in self.blas:
-            require((b["node_offset"], b["ref_offset"]) == (node_at, ref_at), "BLAS rows do not tile NODE and TRIS")
-            node_at, ref_at = node_at + int(b["node_count"]), ref_at + int(b["ref_count"])
-        require((node_at, ref_at) == (len(self.node), len(self.tris)), "BLAS rows do not end with NODE and TRIS")
         require(all(np.isfinite(self.tris[v]).all() for v in ("v0", "v1", "v2")), "a triangle's corner is not finite")
         require((self.tris["flags"] <= 1).all() and (self.tris["geom"] < len(self.geom)).all(), "flags or geom of TRIS")
         first, prims = (self.geom[f].astype(np.uint64) for f in ("first_prim", "prim_count"))
@@ -283,8 +298,7 @@ class File:
             require(len(times) == b["prim_count"] == kept, "%s: prim_count" % name)
             require(((times[index] > 1) == (tris["flags"] == 1)).all(), "%s: DUPLICATED is not set on the duplicates" % name)
             require((len(times) == len(tris)) or b["flags"] == DUP_REFS, "%s: duplicates without DUP_REFS" % name)
-            # A triangle lies in its leaf's box; one that was cut touches the box of each of its leaves. (That the leaves of a cut triangle
-            # cover it is the one rule on trees that this reader leaves to the tool: E0425.)
+            # A triangle lies in its leaf's box; one that was cut touches the box of each of its leaves, and they cover it.
             if len(tris) == 0:
                 continue
             leaf, corners = leaf_of_each_ref(nodes), np.stack([tris[v] for v in ("v0", "v1", "v2")], axis=1)
@@ -297,11 +311,30 @@ class File:
             require((leaf["first"][order][1:] != leaf["first"][order][:-1])[copy].all(), "%s: a triangle twice in a leaf" % name)
             shape = corners.view(np.uint32).reshape(-1, 9)[order]
             require((shape[1:] == shape[:-1])[copy].all(), "%s: copies of a triangle differ" % name)
+            if b["flags"] == REFITTABLE:
+                self.check_tight(nodes, corners, name)
+            groups = np.split(order, np.flatnonzero(~copy) + 1)
+            groups = [g for g in groups if len(g) > 1]
+            for g in groups[::len(groups) // MOST_COVERED + 1]:
+                require(covers([(leaf["min"][i], leaf["max"][i]) for i in g], corners[g[0]]), "%s: leaves leave a hole" % name)
             x, y, z = (nodes["max"].astype(np.float64) - nodes["min"]).T
             area = x * y + y * z + z * x
             cost = np.where(nodes["count"] > 0, nodes["count"], 1.2) * area * (np.arange(len(nodes)) != 1)
             sah = np.float32(np.cumsum(cost)[-1] / area[0] if area[0] > 0 else 0.0)  # cumsum adds in record order
             require(b["sah"] == sah, "%s: sah is not that of its nodes" % name)
+
+    @staticmethod
+    def check_tight(nodes, corners, name):
+        """No box is larger than what it holds: rule 9 of [5.1]."""
+        live = np.arange(len(nodes)) != 1
+        inner = np.flatnonzero(live & (nodes["count"] == 0))
+        pairs = nodes["first"][inner][:, None] + [0, 1]
+        tight = (nodes["min"][pairs].min(axis=1) == nodes["min"][inner]).all()
+        tight &= (nodes["max"][pairs].max(axis=1) == nodes["max"][inner]).all()
+        for n in nodes[live & (nodes["count"] > 0)]:
+            held = corners[int(n["first"]):][:int(n["count"])].reshape(-1, 3)
+            tight &= (held.min(axis=0) == n["min"]).all() and (held.max(axis=0) == n["max"]).all()
+        require(tight, "%s: a box is larger than what it holds" % name)
 
     def check_instances(self):
         ids = self.inst["id"]
@@ -313,7 +346,8 @@ class File:
             require(np.isfinite(a).all() and np.isfinite(b).all(), "a matrix of INST is not finite")
             allowed = (np.abs(a) @ np.abs(b) + np.eye(4)) * 2.0**-22 + np.abs(a[:, :3]).sum(axis=1)[:, None] * 2.0**-149
             require((np.abs(a @ b - np.eye(4)) <= allowed).all(), "world_to_object is not the inverse of object_to_world")
-            require(bool(m["flags"] & 1) == (np.linalg.det(a[:3, :3]) < 0), "MIRRORED of INST")
+            require(undoes(a, b), "world_to_object is not near the inverse of object_to_world")
+            require(bool(m["flags"] & 1) == (exact_determinant(a) < 0), "MIRRORED of INST")
         for m, box in zip(self.inst, leaf_of_each_ref(self.tnod)):
             b, a = self.blas[int(m["blas"])], m["object_to_world"].reshape(3, 4).astype(np.float64)
             if b["node_count"]:
@@ -345,13 +379,91 @@ class File:
                 raise Invalid("a name of NAMS is not UTF-8")
             if blake3:
                 require((digest(name) if name else bytes(32)) == wanted.item(), "a name of NAMS and its hash in GEOM")
-        require(start == len(text), "text behind the last name of NAMS")
+        require(start == len(text) > 0, "NAMS has text behind the last name, or none at all")
 
     def check_meta(self):
         body = self.body("META")
         self.meta = None if body is None else Meta(body)
         if self.meta and blake3:
             require(digest(self.meta.key_stream(), "bvhc v1 build key") == self.header["build_key"], "build_key")
+        for _, name, _, _ in self.meta.inputs if self.meta else []:
+            require(not re.match(r"/|[A-Za-z]:[/\\]", name), "the name of an input is absolute")
+
+
+def understood(e):
+    """Whether this reader knows a section's type, number, layout and codec."""
+    return e["type"].decode("latin-1") in RECORDS and e["ordinal"] == 0 and e["schema"] == 1 and e["codec"] <= 1
+
+
+def cofactor(m, r, c):
+    """Of the first three columns, with the magnitude of its two products."""
+    (r0, r1), (c0, c1) = ((r + 1) % 3, (r + 2) % 3), ((c + 1) % 3, (c + 2) % 3)
+    p, q = m[r0][c0] * m[r1][c1], m[r0][c1] * m[r1][c0]
+    return p - q, abs(p) + abs(q)
+
+
+def exact_determinant(m):
+    m = [[Fraction(float(v)) for v in row] for row in m]
+    return sum(m[0][c] * cofactor(m, 0, c)[0] for c in range(3))
+
+
+def undoes(a, b):
+    """Whether b is the inverse of a, within what f64 loses [5.5]."""
+    det = exact_determinant(a)
+    m = [[Fraction(float(v)) for v in row] for row in a]
+    terms = sum(abs(m[0][c]) * cofactor(m, 0, c)[1] for c in range(3))
+    lost = Fraction(1, 2**48)
+    if abs(det) <= terms * lost:
+        return det != 0
+    for r in range(3):
+        moved = slack = Fraction(0)
+        for c in range(4):
+            if c < 3:
+                value, magnitude = cofactor(m, c, r)
+                entry = value / det
+                s = lost * (magnitude + abs(entry) * terms) / abs(det)
+                moved, slack = moved - entry * m[c][3], slack + (s + lost * abs(entry)) * abs(m[c][3])
+            else:
+                entry, s = moved, slack
+            # A little more, for a reader that computes the entry in f64.
+            if abs(Fraction(float(b[r][c])) - entry) > (abs(entry) / 2**22 + s + Fraction(1, 2**149)) * Fraction(9, 8):
+                return False
+    return True
+
+
+def covers(boxes, corners):
+    """Whether the boxes cover the triangle, in exact arithmetic: cut each out, and see whether something is left [5.1, rule 8]."""
+    def solid(part):  # an area; where the triangle has none, a length
+        p = part[0] if part else None
+        edges = [[a - b for a, b in zip(q, p)] for q in part[1:]]
+        if flat:
+            return any(any(e) for e in edges)
+        return any(x[i] * y[j] != x[j] * y[i] for x, y in zip(edges, edges[1:]) for i, j in ((0, 1), (1, 2), (2, 0)))
+
+    def keep(part, axis, plane, sign):  # what lies where sign * (x[axis] - plane) >= 0
+        out = []
+        for p, q in zip(part, part[1:] + part[:1]):
+            d, e = sign * (p[axis] - plane), sign * (q[axis] - plane)
+            out += [p] if d >= 0 else []
+            if d * e < 0:
+                out.append([a + (b - a) * d / (d - e) for a, b in zip(p, q)])
+        return out
+
+    whole, flat = [[Fraction(float(v)) for v in p] for p in corners], False
+    flat = not solid(whole)
+    if flat and not solid(whole):  # a point
+        return any((low <= corners[0]).all() and (corners[0] <= high).all() for low, high in boxes)
+    parts = [whole]
+    for low, high in boxes:
+        sides = [(k, Fraction(float(b[k])), sign) for k in range(3) for b, sign in ((low, 1), (high, -1))]
+        left = []
+        for part in parts:
+            for axis, plane, sign in sides:
+                if any(sign * (p[axis] - plane) < 0 for p in part):  # and not only in the side itself, which the box has
+                    left.append(keep(part, axis, plane, -sign))
+                part = keep(part, axis, plane, sign)
+        parts = [part for part in left if solid(part)]
+    return not parts
 
 
 def leaf_of_each_ref(nodes):

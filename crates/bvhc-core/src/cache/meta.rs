@@ -47,7 +47,8 @@ pub struct Dependency {
 impl Dependency {
     /// Whether the name is an absolute path on any system, which it must not be: `/a`, and `C:/a` or `C:\a`.
     pub fn is_absolute(&self) -> bool {
-        let drive = |(drive, _): &(&str, &str)| drive.len() == 1;
+        let drive =
+            |(drive, _): &(&str, &str)| drive.len() == 1 && drive.starts_with(|c: char| c.is_ascii_alphabetic());
         let behind_drive = self.name.split_once(':').filter(drive).map(|(_, rest)| rest);
         self.name.starts_with('/') || behind_drive.is_some_and(|rest| rest.starts_with(['/', '\\']))
     }

@@ -7,6 +7,7 @@
 mod aabb;
 mod affine;
 pub mod clip;
+pub mod orient;
 mod ray;
 pub mod vector;
 

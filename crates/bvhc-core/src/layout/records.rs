@@ -1,6 +1,6 @@
 use std::cmp::Ordering;
 
-use robust::{Coord3D, orient3d};
+use crate::geom::orient::orient3d;
 
 /// `TRIS`: one slot of the leaf order, 48 bytes, three aligned 16-byte loads. Duplicated wherever a spatial split put it.
 #[repr(C)]
@@ -101,9 +101,8 @@ impl InstanceRecord {
 
 /// The sign of the determinant of a matrix of three rows of four, exactly: `Less` where the matrix mirrors, `Equal` where it has no inverse.
 pub fn orientation(matrix: &[f32; 12]) -> Ordering {
-    let [a, b, c] = [0, 4, 8].map(|i| Coord3D { x: matrix[i], y: matrix[i + 1], z: matrix[i + 2] });
-    let sign = orient3d(a, b, c, Coord3D { x: 0.0, y: 0.0, z: 0.0 });
-    sign.partial_cmp(&0.0).unwrap_or(Ordering::Equal)
+    let [a, b, c] = [0, 4, 8].map(|i| [matrix[i], matrix[i + 1], matrix[i + 2]]);
+    orient3d(a, b, c, [0.0; 3])
 }
 
 const _: () = assert!(size_of::<TriangleRecord>() == 48);

@@ -1,8 +1,8 @@
 use std::cmp::Ordering;
 
-use robust::{Coord, Coord3D, orient2d, orient3d};
-
 use crate::geom::Point;
+use crate::geom::orient::{orient2d, orient3d};
+use crate::geom::vector::{cross, sub};
 
 /// A corner of a part of a triangle, told by what meets there. It has no coordinates that could be rounded.
 #[derive(Clone, Copy, Debug)]
@@ -20,15 +20,14 @@ pub enum Corner {
 pub struct Whole {
     pub corners: [Point; 3],
     /// Signs of the normal's coordinates.
-    pub normal: [f64; 3],
+    pub normal: [Ordering; 3],
 }
 
 impl Whole {
-    /// A coordinate of the normal is twice the signed area of the triangle's shadow along that axis.
+    /// A coordinate of the normal has the sign of the area of the triangle's shadow along that axis.
     pub fn new(corners: [Point; 3]) -> Whole {
         let shadow = |axis: usize| {
-            let flat = |p: Point| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] };
-            let [a, b, c] = corners.map(flat);
+            let [a, b, c] = corners.map(|p| [p[(axis + 1) % 3], p[(axis + 2) % 3]]);
             orient2d(a, b, c)
         };
         Whole { corners, normal: [shadow(0), shadow(1), shadow(2)] }
@@ -36,17 +35,16 @@ impl Whole {
 
     /// On which side of the plane `x[axis] = plane` a corner lies, exactly.
     ///
-    /// A corner on an edge and one between two planes are compared by the sign of a determinant of the triangle's corners and the point
-    /// that the three planes single out: J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates"
-    /// (1997). Coordinates are `f32`, so no product of three of them leaves the range of `f64`, which that method asks for.
+    /// A corner on an edge and one between two planes are compared by the sign of a determinant: of the edge, or of the triangle's corners, and
+    /// the point that the planes single out.
     pub fn compare(&self, corner: &Corner, axis: usize, plane: f32) -> Ordering {
         match *corner {
             Corner::Own(i) => exact(self.corners[usize::from(i)][axis], plane),
             Corner::OnEdge { axis: on, plane: at, .. } if usize::from(on) == axis => exact(at, plane),
             Corner::OnEdge { edge, axis: on, plane: at } => {
                 let (a, b) = self.edge(edge, usize::from(on));
-                let flat = |p: Point| Coord { x: p[usize::from(on)], y: p[axis] };
-                sign(-orient2d(flat(a), flat(b), Coord { x: at, y: plane }))
+                let flat = |p: Point| [p[usize::from(on)], p[axis]];
+                orient2d(flat(a), flat(b), [at, plane]).reverse()
             }
             Corner::Inside { axes, planes } => {
                 if let Some(k) = axes.iter().position(|a| usize::from(*a) == axis) {
@@ -54,10 +52,9 @@ impl Whole {
                 }
                 let mut point = [plane; 3];
                 (point[usize::from(axes[0])], point[usize::from(axes[1])]) = (planes[0], planes[1]);
-                let full = |p: Point| Coord3D { x: p[0], y: p[1], z: p[2] };
-                let [a, b, c] = self.corners.map(full);
-                let side = sign(orient3d(a, b, c, full(point)));
-                if self.normal[axis] < 0.0 { side.reverse() } else { side }
+                let [a, b, c] = self.corners;
+                let side = orient3d(a, b, c, point);
+                if self.normal[axis].is_lt() { side.reverse() } else { side }
             }
         }
     }
@@ -83,7 +80,8 @@ impl Whole {
             }
             Corner::Inside { axes: [k, l], planes: [m, n] } => {
                 let (k, l) = (usize::from(k), usize::from(l));
-                let (a, normal, third) = (wide(self.corners[0]), self.normal, 3 - k - l);
+                let [a, b, c] = self.corners.map(wide);
+                let (normal, third) = (cross(sub(b, a), sub(c, a)), 3 - k - l);
                 let rise = normal[k] * (f64::from(m) - a[k]) + normal[l] * (f64::from(n) - a[l]);
                 let mut point = [a[third] - rise / normal[third]; 3];
                 (point[k], point[l]) = (m.into(), n.into());
@@ -95,10 +93,6 @@ impl Whole {
 
 fn exact(a: f32, b: f32) -> Ordering {
     a.partial_cmp(&b).unwrap_or(Ordering::Equal) // both are finite
-}
-
-fn sign(v: f64) -> Ordering {
-    v.partial_cmp(&0.0).unwrap_or(Ordering::Equal) // of finite numbers, and within range
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ impl Part {
         let outer = Aabb::from_points(&whole.corners);
         let none = (Corner::Own(0), Line::Edge(0));
         let mut part = Part { corners: [none; MOST], len: 0, outer };
-        if whole.normal.iter().any(|n| *n != 0.0) {
+        if whole.normal.iter().any(|n| n.is_ne()) {
             (0..3).for_each(|i| part.push(Corner::Own(i), Line::Edge(i)));
             return Some(part);
         }
