@@ -24,7 +24,7 @@ need node
 use_installed() {
     local target
     for target in $wasm $arm; do
-        [ -d "$(rustc --print target-libdir --target $target 2>/dev/null)" ] || return 1
+        [ -d "$("${RUSTC:-rustc}" --print target-libdir --target $target 2>/dev/null)" ] || return 1
     done
     command -v aarch64-linux-gnu-gcc >/dev/null 2>&1 || return 1
     emulator=$(command -v qemu-aarch64 || command -v qemu-aarch64-static) || return 1
