@@ -57,8 +57,7 @@ if ! command -v cargo >/dev/null 2>&1; then
     exit 1
 fi
 
-part "unit, integration and documentation tests" cargo test --no-fail-fast
-part "tests of bvhc-core with every feature" cargo test -p bvhc-core --all-features --no-fail-fast
+part "unit, integration and documentation tests" cargo test --workspace --no-fail-fast
 
 if [ $quick = 0 ]; then
     # The long tests go over the samples and, where the folder is there, over real scenes.
@@ -72,6 +71,7 @@ if [ $quick = 0 ]; then
     part "the program, optimised" cargo build --release
     part "long tests" cargo test --release --no-fail-fast -- --ignored long_
     part "the library without the command line" cargo test --no-default-features --lib
+    part "tests of bvhc-core with every feature" cargo test -p bvhc-core --all-features --no-fail-fast
 
     # A build that only wants caches must not pull the command line's crates.
     if cargo tree --no-default-features -e normal | grep -E '^[^a-z]*(clap|indicatif|ctrlc) '; then
