@@ -193,8 +193,10 @@ class Scene:
             first_prim += len(corners)
         instances = self.instances(node)
         if skin is not None and instances is not None:
-            # The extension says nothing of skins, and loaders differ: either reading may be refused.
+            # Joints alone place a skinned mesh, so that it is shown once. The extension says nothing of it and loaders differ, so
+            # that another reader may refuse the file.
             self.model.fault("node %d has a skin and EXT_mesh_gpu_instancing" % n)
+            instances = None
         for copy, (move, move_magnitude) in enumerate([(IDENTITY, IDENTITY)] if instances is None else instances):
             self.model.placements.append(Placement(m, n, copy, matrix @ move, magnitude @ move_magnitude, parts))
 
@@ -268,9 +270,12 @@ class Scene:
                 absolute += np.abs(weights[:, c, None, None]) * joints[1][ids[:, c]]
                 sums += weights[:, c]
         if (sums == 0).any():
-            # The formula gives nothing: 0/0. Such a vertex keeps its place in the mesh, as three.js and Blender leave it.
+            # The formula gives nothing: 0/0. The first joint takes such a vertex, as three.js has it.
             self.model.fault("a vertex has no weights")
-            total[sums == 0], absolute[sums == 0], sums[sums == 0] = IDENTITY, IDENTITY, 1.0
+            lost = sums == 0
+            first, _ = self.document.stored(self.document.integer(attributes["JOINTS_0"], "JOINTS"), ("VEC4",))
+            first = np.minimum(first[lost, 0].astype(np.int64), len(matrices) - 1)
+            total[lost], absolute[lost], sums[lost] = matrices[first], joints[1][first], 1.0
         moved = np.einsum("vij,vj->vi", total[:, :3, :3], positions) + total[:, :3, 3]
         size = np.einsum("vij,vj->vi", absolute[:, :3, :3], extent) + absolute[:, :3, 3]
         return moved / sums[:, None], size / np.abs(sums)[:, None]

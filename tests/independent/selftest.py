@@ -208,7 +208,7 @@ class PlantedFaults(unittest.TestCase):
 
         def matrix(shown):
             shown.matrix[1, 3] *= 1 + 2.0**-23
-        self.assertEqual(self.kinds(matrix, True), {"matrix"})
+        self.assertEqual(self.kinds(matrix, True), {"position"})
 
     def test_an_origin_elsewhere_agrees_and_a_wrong_one_does_not(self):
         for error, wanted in ((0.0, set()), (1e-5, {"position"})):
