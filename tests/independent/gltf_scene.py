@@ -193,8 +193,8 @@ class Scene:
             first_prim += len(corners)
         instances = self.instances(node)
         if skin is not None and instances is not None:
-            # Joints alone place a skinned mesh, so that it is shown once. The extension says nothing of it and loaders differ, so
-            # that another reader may refuse the file.
+            # The extension says nothing of skins, and loaders differ. Nothing of the node places a skinned mesh, and so neither
+            # does this.
             self.model.fault("node %d has a skin and EXT_mesh_gpu_instancing" % n)
             instances = None
         for copy, (move, move_magnitude) in enumerate([(IDENTITY, IDENTITY)] if instances is None else instances):
@@ -251,7 +251,7 @@ class Scene:
         attributes, matrices = item["attributes"], joints[0]
         total = np.zeros((len(positions), 4, 4))
         absolute = np.zeros((len(positions), 4, 4))
-        sums = np.zeros(len(positions))
+        sums, first = np.zeros(len(positions)), None
         for k in range(len(attributes)):
             if attributes.get("JOINTS_%d" % k) is None and attributes.get("WEIGHTS_%d" % k) is None:
                 break
@@ -265,17 +265,16 @@ class Scene:
             if ((ids >= len(matrices)) & (weights != 0)).any():
                 raise Refused("a vertex is bound to a joint that the skin does not have")
             ids = np.minimum(ids, len(matrices) - 1)
+            first = ids[:, 0] if first is None else first
             for c in range(4):
                 total += weights[:, c, None, None] * matrices[ids[:, c]]
                 absolute += np.abs(weights[:, c, None, None]) * joints[1][ids[:, c]]
                 sums += weights[:, c]
         if (sums == 0).any():
-            # The formula gives nothing: 0/0. The first joint takes such a vertex, as three.js has it.
+            # The formula gives nothing: 0/0. Such a vertex follows its first joint, as in three.js and Blender.
             self.model.fault("a vertex has no weights")
-            lost = sums == 0
-            first, _ = self.document.stored(self.document.integer(attributes["JOINTS_0"], "JOINTS"), ("VEC4",))
-            first = np.minimum(first[lost, 0].astype(np.int64), len(matrices) - 1)
-            total[lost], absolute[lost], sums[lost] = matrices[first], joints[1][first], 1.0
+            none = sums == 0
+            total[none], absolute[none], sums[none] = matrices[first[none]], joints[1][first[none]], 1.0
         moved = np.einsum("vij,vj->vi", total[:, :3, :3], positions) + total[:, :3, 3]
         size = np.einsum("vij,vj->vi", absolute[:, :3, :3], extent) + absolute[:, :3, 3]
         return moved / sums[:, None], size / np.abs(sums)[:, None]
