@@ -94,6 +94,8 @@ class Comparison:
             self.differ("range", where, 1, "first_prim, prim_count %d, %d; right: %d, %d"
                         % (body.first_prim, body.prim_count, part.first_prim, len(part)))
             return None
+        if body.name != stored_name(*part.name):
+            self.differ("name", where, 1, "%r; right: %r" % (body.name, stored_name(*part.name)))
         rows = body.prims - part.first_prim
         there = np.zeros(len(part), dtype=bool)
         there[rows] = True
@@ -216,6 +218,21 @@ def left_out(placement, part):
 def transform(matrix, points, w=1.0):
     with np.errstate(invalid="ignore", over="ignore"):
         return points @ matrix[:3, :3].T + matrix[:3, 3] * w
+
+
+def stored_name(object_, group):
+    """The name of an OBJ part, as section 10.4 of the format writes it: no byte of the model is lost."""
+    def escaped(text, special):
+        out = ""
+        # Bytes that are no UTF-8 come as U+DC80 and on.
+        for c in text.decode("utf-8", "surrogateescape"):
+            byte = ord(c) - 0xDC00 if 0xDC80 <= ord(c) <= 0xDCFF else ord(c)
+            out += "%%%02X" % byte if byte != ord(c) or c in special else c
+        return out
+
+    name = (escaped(object_, "%/") + ("/" + escaped(group, "%") if group else "")).encode("utf-8")
+    # Longer names are cut to 4096 bytes between two characters.
+    return name[:4096].decode("utf-8", "ignore").encode("utf-8") if len(name) > 4096 else name
 
 
 def place_name(mesh, part, node, copy):
