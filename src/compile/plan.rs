@@ -55,10 +55,10 @@ impl Plan {
                 let mut grains: Vec<Option<Grain>> = scene.meshes.iter().map(|_| None).collect();
                 let apart = visible.iter().map(|(instance, mesh)| {
                     let index = instance.mesh as usize;
-                    (uses[index] == 1).then(|| ())?;
+                    (uses[index] == 1).then_some(())?;
                     let grain = grains[index].get_or_insert_with(|| Grain::new(mesh));
                     let by_matrix = grain.loss_by_matrix(&instance.transform).share;
-                    (by_matrix > Loss::MOST).then(|| ())?;
+                    (by_matrix > Loss::MOST).then_some(())?;
                     let origin = local_origin(world_box(&grain.bounds, &instance.transform));
                     (loss_about(instance, mesh, origin, Loss::SAMPLE).share < by_matrix).then_some(origin)
                 });

@@ -34,6 +34,7 @@ class Body:
     blas: int
     first_prim: int
     prim_count: int
+    name: bytes
     prims: np.ndarray  # int64[k]
     corners: np.ndarray  # f32[k, 3, 3]
 
@@ -66,11 +67,21 @@ class Cache:
         order, geom, prim = order[first], geom[first], prim[first]
         corners = np.stack([tris[v][order] for v in ("v0", "v1", "v2")], axis=1)
         ends = np.searchsorted(geom, np.arange(len(self.file.geom) + 1))
+        names = self.names()
         for g, row in enumerate(self.file.geom):
             at = slice(ends[g], ends[g + 1])
             bodies.append(Body(*(int(row[f]) for f in ("source_mesh", "source_part", "baked_node", "blas", "first_prim", "prim_count")),
-                               prim[at].astype(np.int64), corners[at]))
+                               names[g], prim[at].astype(np.int64), corners[at]))
         return bodies
+
+    def names(self):
+        """One a row of GEOM: section 7 of the format."""
+        body, count = self.file.body("NAMS"), len(self.file.geom)
+        if body is None:
+            return [b""] * count
+        ends = np.frombuffer(body, "<u4", count, 8).tolist()
+        text = body[8 + 4 * count:]
+        return [text[start:end] for start, end in zip([0] + ends, ends)]
 
     def shown(self):
         """Every body at every place, in the scene's order."""

@@ -68,16 +68,19 @@ class Comparison:
 
     def by_place(self):
         """The cache's bodies under (mesh, part, node, copy): the n-th of one mesh, part and node is the n-th instance of that node."""
-        nodes = {}
+        places, out, copies = {}, {}, {}
         for placement in self.model.placements:
-            nodes.setdefault(placement.mesh, set()).add(placement.node)
-        out, copies = {}, {}
+            places.setdefault(placement.mesh, []).append(placement)
+        nodes = {mesh: {p.node for p in of_mesh} for mesh, of_mesh in places.items()}
         for shown in self.cache.shown():
-            node, own = shown.node, nodes.get(shown.body.mesh, set())
+            mesh, node = shown.body.mesh, shown.node
+            own = nodes.get(mesh, set())
+            if node == NO_NODE and len(own) > 1:
+                own = {p.node for p in places[mesh] if not all(left_out(p, part).all() for part in p.parts)}
             if len(own) == 1 and (node == NO_NODE or NO_NODE in own):
-                # A mesh that stands at one node alone needs no name for it; nor does OBJ, which has no nodes.
+                # A mesh that is shown once needs no name for its node in the file; nor does OBJ, which has no nodes.
                 node = next(iter(own))
-            key = (shown.body.mesh, shown.body.part, node)
+            key = (mesh, shown.body.part, node)
             copy = copies[key] = copies.get(key, -1) + 1
             out[key + (copy,)] = shown
         return out
@@ -91,6 +94,8 @@ class Comparison:
             self.differ("range", where, 1, "first_prim, prim_count %d, %d; right: %d, %d"
                         % (body.first_prim, body.prim_count, part.first_prim, len(part)))
             return None
+        if body.name != stored_name(*part.name):
+            self.differ("name", where, 1, "%r; right: %r" % (body.name, stored_name(*part.name)))
         rows = body.prims - part.first_prim
         there = np.zeros(len(part), dtype=bool)
         there[rows] = True
@@ -116,31 +121,24 @@ class Comparison:
             exact = transform(matrix, right)
             slack = transform(magnitude, size) * F64_SLACK
             self.judge(exact, stored, half_ulp(exact) + slack, 0.0 * exact, cut, rows, where)
-        elif invertible(matrix) and self.stands_in_its_own_space(shown, matrix, magnitude, right, size, stored, cut, rows, where):
+        elif self.is_of_node(shown, matrix, magnitude):
             self.judge(right, stored, half_ulp(right) + size * F64_SLACK, 0.0 * right, cut, rows, where)
         else:
-            # The file may put the mesh's origin elsewhere: what counts is where its corners come to stand, and how far the
-            # numbers that are stored may be from those that they were rounded from.
+            # The file may put the mesh's origin elsewhere, or flatten the mesh itself: what counts is where its corners come to stand,
+            # and how far the numbers that are stored may be from those that they were rounded from.
             m = np.vstack([shown.matrix, [0, 0, 0, 1]])
             exact, got = transform(matrix, right), transform(m, stored)
-            bound = transform(np.abs(m), half_ulp(stored), 0.0) + transform(half_ulp(m), np.abs(stored) + half_ulp(stored))
+            rounding = np.where(stored == right, 0.0, half_ulp(stored))
+            bound = transform(np.abs(m), rounding, 0.0) + transform(half_ulp(m), np.abs(stored) + rounding)
             bound += transform(np.abs(m), np.abs(stored)) * F64_SLACK
             self.judge(exact, got, transform(magnitude, size) * F64_SLACK, bound, cut, rows, where)
         if part.polygons:
             polygons.compare(self, placement, part, shown, rows, where)
 
-    def stands_in_its_own_space(self, shown, matrix, magnitude, right, size, stored, cut, rows, where):
-        """Is the instance's matrix the node's, or the mesh where the model has it? Then both must be so."""
-        off = np.abs(shown.matrix - matrix[:3])
-        wrong = off > half_ulp(matrix[:3]) + magnitude[:3] * F64_SLACK
-        if not wrong.any():
-            return True
-        near = (np.abs(stored - right) <= half_ulp(right) + size * F64_SLACK).all(axis=(1, 2))
-        if cut.all() or not near[~cut].all():
-            return False
-        i = np.unravel_index(np.argmax(np.where(wrong, off / half_ulp(matrix[:3]), 0)), wrong.shape)
-        self.differ("matrix", where, len(rows), "row %d, column %d is %.9g; right: %.17g" % (*i, shown.matrix[i], matrix[i]))
-        return True
+    @staticmethod
+    def is_of_node(shown, matrix, magnitude):
+        """Is the instance's matrix the node's, each entry rounded once? Then the mesh stands in its own space."""
+        return (np.abs(shown.matrix - matrix[:3]) <= half_ulp(matrix[:3]) + magnitude[:3] * F64_SLACK).all()
 
     def judge(self, exact, got, bound, got_bound, cut, rows, where):
         """Compare corners in their order. `bound` goes with the right corners, `got_bound` with those of the file."""
@@ -211,13 +209,30 @@ def reasons(placement, part, rows):
     return finite, flat
 
 
+def left_out(placement, part):
+    """bool[t]: the triangles that the policy `drop` leaves out."""
+    finite, flat = reasons(placement, part, np.arange(len(part)))
+    return ~finite | flat
+
+
 def transform(matrix, points, w=1.0):
     with np.errstate(invalid="ignore", over="ignore"):
         return points @ matrix[:3, :3].T + matrix[:3, 3] * w
 
 
-def invertible(matrix):
-    return np.linalg.det(matrix[:3, :3]) != 0
+def stored_name(object_, group):
+    """The name of an OBJ part, as section 10.4 of the format writes it: no byte of the model is lost."""
+    def escaped(text, special):
+        out = ""
+        # Bytes that are no UTF-8 come as U+DC80 and on.
+        for c in text.decode("utf-8", "surrogateescape"):
+            byte = ord(c) - 0xDC00 if 0xDC80 <= ord(c) <= 0xDCFF else ord(c)
+            out += "%%%02X" % byte if byte != ord(c) or c in special else c
+        return out
+
+    name = (escaped(object_, "%/") + ("/" + escaped(group, "%") if group else "")).encode("utf-8")
+    # Longer names are cut to 4096 bytes between two characters.
+    return name[:4096].decode("utf-8", "ignore").encode("utf-8") if len(name) > 4096 else name
 
 
 def place_name(mesh, part, node, copy):

@@ -55,6 +55,7 @@ def parts():
     yield "material_alone", SIX + "usemtl red\nf 1 2 3\nusemtl green\nf 4 5 6\nusemtl red\nf 1 2 4\n"
     yield "empty_parts", SIX + "o a\no b\ng x\nf 1 2 3\ng y\ng z\nusemtl q\nf 4 5 6\no end\n"
     yield "several_groups", SIX + "g a b\nf 1 2 3\ng b a\nf 4 5 6\ng\nf 1 2 4\ng default\nf 1 2 5\n"
+    yield "odd_names", SIX + "o 50%/2\ng\ttwo\twords \t\nf 1 2 5\ng a%2Fb/c d\nf 1 2 3\no  é ü \ng\nf 4 5 6\no x\ng " + "é" * 3000 + "\nf 1 2 4\n"
     yield "flat_part", SIX + "g a\nf 1 1 2\ng b\nf 4 5 6\n"
 
 

@@ -189,7 +189,7 @@ class Scene:
             elif joints is not None:
                 self.model.fault("node %d has a skin, and primitive %d of its mesh no joints" % (n, i))
             deformed = weights is not None or joints is not None
-            parts.append(Part(i, first_prim, positions, corners, extent, deformed))
+            parts.append(Part(i, first_prim, positions, corners, extent, deformed=deformed))
             first_prim += len(corners)
         instances = self.instances(node)
         if skin is not None and instances is not None:

@@ -32,6 +32,7 @@ class Part:
     positions: np.ndarray
     corners: np.ndarray
     magnitude: np.ndarray
+    name: tuple = (b"", b"")  # of object and group
     deformed: bool = False  # by a skin or by morph targets of one node
     polygons: list = field(default_factory=list)
     is_cut: np.ndarray = None  # bool[t]: the triangle is of a polygon, which another reader may cut otherwise

@@ -23,7 +23,8 @@ def read(data):
     state = State()
     known = False
     for line in lines:
-        key, _, rest = line.partition(b" ")
+        words = line.split(None, 1)
+        key, rest = words if len(words) == 2 else (line, b"")
         if key == b"v":
             vertices.append(rest)
         elif key in (b"f", b"fo"):
@@ -31,10 +32,11 @@ def read(data):
         elif key == b"o":
             # Two objects of one name are two objects: the statement begins one.
             state.objects += 1
+            state.object = rest
         elif key == b"g":
-            state.group = rest.strip()
+            state.group = rest
         elif key == b"usemtl":
-            state.material = rest.strip()
+            state.material = rest
         elif key in ELEMENTS:
             model.skipped += 1
         elif not key or key in STATEMENTS:
@@ -62,8 +64,6 @@ def statements(data):
         data = data[3:]
     if b"\\" in data:
         data = re.sub(rb"\\(\r\n|\n|\r)", b" ", data)
-    if b"\t" in data or b"\v" in data or b"\f" in data:
-        data = data.replace(b"\t", b" ").replace(b"\v", b" ").replace(b"\f", b" ")
     lines = [line.strip() for line in data.splitlines()]
     if b"#" in data:
         # A name may hold the sign, so that only a line of numbers ends there.
@@ -74,14 +74,14 @@ def statements(data):
 def without_comment(line):
     if line[:1] == b"#":
         return b""
-    return line.partition(b" #")[0].rstrip() if line[:1] in (b"v", b"f") else line
+    return re.split(rb"\s#", line, maxsplit=1)[0].rstrip() if line[:1] in (b"v", b"f") else line
 
 
 class State:
     """Where in the file the reader is, and the faces so far."""
 
     def __init__(self):
-        self.objects, self.group, self.material = 0, b"", b""
+        self.objects, self.object, self.group, self.material = 0, b"", b"", b""
         self.unknown = set()
         self.corners, self.sizes, self.face_counts, self.highest = [], [], [], 0
         self.run, self.names, self.first_faces = None, [], []
@@ -95,7 +95,7 @@ class State:
         run = (self.objects, self.group, self.material)
         if run != self.run:
             self.run = run
-            self.names.append(run)
+            self.names.append((self.object, self.group))
             self.first_faces.append(len(self.sizes))
         for token in tokens:
             try:
@@ -156,7 +156,10 @@ def place(state, positions, model):
             triangles[rows] = np.stack([corners[starts[faces]], corners[starts[faces] + i + 1], corners[starts[faces] + i + 2]], axis=1)
     is_cut = np.repeat(sizes > 3, counts)
     bounds = [int(first_prims[f]) for f in state.first_faces] + [len(triangles)]
-    parts = [Part(i, a, positions, triangles[a:b], np.abs(positions), is_cut=is_cut[a:b]) for i, (a, b) in enumerate(zip(bounds, bounds[1:]))]
+    parts = [
+        Part(i, a, positions, triangles[a:b], np.abs(positions), state.names[i], is_cut=is_cut[a:b])
+        for i, (a, b) in enumerate(zip(bounds, bounds[1:]))
+    ]
     part_of = np.searchsorted(state.first_faces, np.arange(len(sizes)), side="right") - 1
     for f in np.flatnonzero(sizes > 3).tolist():
         part = parts[part_of[f]]

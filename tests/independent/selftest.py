@@ -13,7 +13,7 @@ import gltf_scene  # noqa: E402
 import obj_model  # noqa: E402
 from arithmetic import half_ulp, rounded, without_area  # noqa: E402
 from cache import Body, Shown  # noqa: E402
-from compare import Comparison, transform  # noqa: E402
+from compare import Comparison, stored_name, transform  # noqa: E402
 from gltf_writer import TRIANGLE, Gltf  # noqa: E402
 from model import NO_NODE, Refused, Unsupported  # noqa: E402
 
@@ -174,7 +174,7 @@ class FakeCache:
                 rows = np.array([i for i in range(len(part)) if i not in drop], dtype=np.int64)
                 local = part.positions[part.corners[rows]]
                 corners = rounded(local if two_level else transform(p.matrix, local))
-                body = Body(p.mesh, part.number, p.node, 0, part.first_prim, len(part), rows + part.first_prim, corners)
+                body = Body(p.mesh, part.number, p.node, 0, part.first_prim, len(part), stored_name(*part.name), rows + part.first_prim, corners)
                 self.places.append(Shown(body, p.node, rounded(p.matrix[:3]).astype(np.float64) if two_level else None))
 
     def shown(self):
@@ -208,7 +208,7 @@ class PlantedFaults(unittest.TestCase):
 
         def matrix(shown):
             shown.matrix[1, 3] *= 1 + 2.0**-23
-        self.assertEqual(self.kinds(matrix, True), {"matrix"})
+        self.assertEqual(self.kinds(matrix, True), {"position"})
 
     def test_an_origin_elsewhere_agrees_and_a_wrong_one_does_not(self):
         for error, wanted in ((0.0, set()), (1e-5, {"position"})):
@@ -277,6 +277,20 @@ class Polygons(unittest.TestCase):
         self.assertIn("polygon's edges", self.kinds((1, 3, 2), (1, 4, 3)))
         self.assertIn("polygon's corner", self.kinds((1, 2, 3), (1, 3, 5)))
         self.assertEqual(self.kinds((1, 2, 3), drop=1), {"polygon's area"})
+
+
+class Names(unittest.TestCase):
+    def test_no_byte_is_lost(self):
+        for object_, group, wanted in ((b"Lamp", b"", b"Lamp"), (b"", b"off", b"/off"), (b"Lamp", b"off", b"Lamp/off"), (b"a/b", b"c/d", b"a%2Fb/c/d"),
+                                       (b"50%", b"5%", b"50%25/5%25"), (b"caf\xe9", "é".encode(), b"caf%E9/" + "é".encode()), (b"", b"", b"")):
+            self.assertEqual(stored_name(object_, group), wanted)
+
+    def test_a_wrong_name_is_found(self):
+        model = obj_model.read(b"o Lamp\ng off\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3")
+        cache = FakeCache(model, False)
+        self.assertEqual(Comparison(model, cache).run().differences, [])
+        cache.places[0].body.name = b"Lamp"
+        self.assertEqual([d["kind"] for d in Comparison(model, cache).run().differences], ["name"])
 
 
 class Arithmetic(unittest.TestCase):

@@ -8,6 +8,7 @@ use crate::scene::pose::Place;
 use crate::scene::source::Source;
 use crate::scene::{ReadReport, SceneError};
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// What gives a mesh its shape beside its own data: equal poses of one mesh are one mesh in the scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,8 +49,8 @@ impl Stage {
     ) -> Result<Stage, SceneError> {
         let mut skins = BTreeMap::new();
         for index in layout.shown.iter().filter_map(|s| s.skin) {
-            if !skins.contains_key(&index) {
-                skins.insert(index, Skin::read(document, index, buffers, source)?);
+            if let Entry::Vacant(entry) = skins.entry(index) {
+                entry.insert(Skin::read(document, index, buffers, source)?);
             }
         }
         let all_joints: Vec<u32> = skins.values().flat_map(|s| s.joints.iter().copied()).collect();

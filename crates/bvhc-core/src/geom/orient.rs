@@ -38,7 +38,7 @@ pub fn orient3d(a: Point, b: Point, c: Point, d: Point) -> Ordering {
 
 /// The sign, if it is beyond the error's bound. Nothing is: a difference that is 0 in `f64` may come of terms that are not.
 fn certain(det: f64, bound: f64) -> Option<Ordering> {
-    (det.abs() > bound).then(|| if det > 0.0 { Ordering::Greater } else { Ordering::Less })
+    (det.abs() > bound).then_some(if det > 0.0 { Ordering::Greater } else { Ordering::Less })
 }
 
 /// The sign of a determinant whose entries are differences, each of the first number less the second.

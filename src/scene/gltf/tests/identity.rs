@@ -75,7 +75,7 @@ fn every_triangle_that_is_kept_leads_back_to_its_corners_in_the_file() {
 
 #[test]
 fn parts_bear_the_names_of_mesh_and_material_letter_by_letter() {
-    let names = [" roof\t", "a/b", "Dach­ziegel \u{1f3e0}\r\n", "", "µ\u{0}x"];
+    let names = [" roof\t", "a/b", "Dach\u{AD}ziegel \u{1f3e0}\r\n", "", "µ\u{0}x"];
     for name in names {
         let scene = read_json(&edited(|d| {
             d["meshes"][0]["name"] = name.into();
