@@ -77,7 +77,8 @@ fn no_writer_writes_what_a_rule_forbids() {
     let image = Image::new(&accel, &exec).unwrap();
     let written = |image: &Image| to_bytes(image, &Default::default(), &WriteOptions::default(), &exec);
     assert!(written(&image).is_ok());
-    let broken: [(&str, &dyn Fn(&mut Image)); 4] = [
+    type Spoil<'a> = &'a dyn Fn(&mut Image);
+    let broken: [(&str, Spoil); 4] = [
         ("E0417", &|i| i.triangles[0].v1[2] = f32::NAN),
         ("E0412", &|i| i.nodes[0].min[0] = 9.0),
         ("E03", &|i| i.blases[0].ref_count += 1),

@@ -15,7 +15,10 @@ fn read_guarded(path: PathBuf) -> Result<Scene, SceneError> {
     let (sender, receiver) = mpsc::channel();
     let options = ReadOptions { degenerate: Degenerate::Keep, ..ReadOptions::default() };
     let shown = path.display().to_string();
-    std::thread::spawn(move || sender.send(scene::read(&path, &options)));
+    std::thread::spawn(move || {
+        // Nobody listens after the time limit.
+        let _ = sender.send(scene::read(&path, &options));
+    });
     match receiver.recv_timeout(TIME_LIMIT) {
         Ok(result) => result,
         Err(mpsc::RecvTimeoutError::Timeout) => panic!("{shown}: not read within {TIME_LIMIT:?}"),
