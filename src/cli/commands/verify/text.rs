@@ -131,7 +131,11 @@ pub fn placing(placed: &Placed) -> String {
             loss.farthest
         )
     };
-    let mut text = rounded(&format!("rounding moves corners of {triangles}, held against the model in f64,"), loss);
+    let held = format!("{triangles} held against the model in f64");
+    let mut text = match loss.farthest {
+        0.0 => format!("{held}: no corner is moved by rounding\n"),
+        _ => rounded(&format!("{held}: rounding moves corners"), loss),
+    };
     if !read.is_tolerable() {
         text.push_str(&rounded("reading moved the corners", read));
     }
