@@ -15,6 +15,7 @@ mod inspect;
 mod interrupt;
 mod outputs;
 mod precision;
+mod snapshots;
 mod streams;
 mod surfaces;
 mod verify;

@@ -1,0 +1,134 @@
+//! What every command prints, whole, so that a reviewer reads a change of it as a user would: `snapshots/NAME.snap`.
+//!
+//! `INSTA_UPDATE=always cargo test --test cli snapshots` writes them anew.
+
+use crate::{Place, gltf, program, strip};
+
+/// The terminal after these commands, each run in `place`: what they print to stdout and stderr, and how they end.
+fn transcript(place: &Place, commands: &[&str]) -> String {
+    let mut text = String::new();
+    for command in commands {
+        let said = place.run(command);
+        text.push_str(&format!("$ bvhc {command}\n"));
+        text.push_str(&said.out);
+        for line in said.err.lines() {
+            text.push_str(&format!("stderr: {line}\n"));
+        }
+        text.push_str(&format!("[exit {}]\n\n", said.code));
+    }
+    let folder = place.root().display().to_string();
+    text.replace(&folder, "FOLDER").replace(&program().display().to_string(), "bvhc")
+}
+
+/// Compare with the snapshot, but for what a clock, a machine or a version says.
+fn keep(name: &str, place: &Place, commands: &[&str]) {
+    let mut settings = insta::Settings::clone_current();
+    settings.set_prepend_module_to_snapshot(false);
+    settings.set_omit_expression(true);
+    for (pattern, shown) in [
+        (r"\b\d+(\.\d+)? (ms|s)\b", "# $2"),
+        (r" +\d+\.\d+ M rays/s", "  # M rays/s"),
+        (r#""(\w*(?:_ms|seconds|peak_memory|device_memory))": [0-9.e-]+"#, r#""$1": #"#),
+        (r"peak memory [0-9.]+ (kB|MB) \(\d+ bytes per triangle\)", "peak memory #"),
+        (r"\b\d+ threads?\b", "# threads"),
+        (&regex_of(env!("CARGO_PKG_VERSION")), "bvhc VERSION"),
+    ] {
+        settings.add_filter(pattern, shown);
+    }
+    settings.bind(|| insta::assert_snapshot!(name, transcript(place, commands)));
+}
+
+fn regex_of(version: &str) -> String {
+    format!(r"\bbvhc {}", version.replace('.', r"\."))
+}
+
+/// A folder with a strip of 40 triangles, a glTF of one, and a cache of the strip.
+fn furnished() -> Place {
+    let place = Place::new();
+    place.write("roof.obj", strip(20));
+    let (json, bin) = gltf("tile");
+    place.write("tile.gltf", json);
+    place.write("tile.bin", bin);
+    place.ok("build roof.obj -o roof.bvhc");
+    place
+}
+
+#[test]
+fn snapshots_of_help() {
+    let commands = ["-h", "build -h", "build --help", "build -O help", "info -h", "stats -h", "check -h", "verify -h", "convert -h"];
+    keep("help", &Place::new(), &commands);
+    keep("explain", &Place::new(), &["explain E0402", "explain E0425", "explain E9999", "explain E0102 --json"]);
+}
+
+#[test]
+fn snapshots_of_build() {
+    let place = furnished();
+    let commands = [
+        "build roof.obj -o roof.bvhc",
+        "build roof.obj -o roof.bvhc --method binned --dry-run --exit-code",
+        "build roof.obj -o roof.bvhc --method binned -v",
+        "build roof.obj tile.gltf -o caches/",
+        "build tile.gltf -o tile.bvhc --codec zstd --json",
+        "build roof.obj -o roof.obj",
+        "convert roof.bvhc -o small.bvhc --codec zstd",
+    ];
+    keep("build", &place, &commands);
+}
+
+#[test]
+fn snapshots_of_what_a_file_is() {
+    let place = furnished();
+    keep("info", &place, &["info roof.bvhc", "info roof.bvhc --field content_id", "info roof.bvhc --json"]);
+    keep("stats", &place, &["stats roof.bvhc", "stats roof.bvhc --json"]);
+}
+
+#[test]
+fn snapshots_of_verdicts() {
+    let place = furnished();
+    let mut bytes = place.read("roof.bvhc");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x40;
+    place.write("bad.bvhc", &bytes);
+    place.write("cut.bvhc", &bytes[..bytes.len() - 100]);
+    let commands = [
+        "check roof.bvhc",
+        "check roof.bvhc --source roof.obj",
+        "check roof.bvhc --source tile.gltf",
+        "check bad.bvhc",
+        "check cut.bvhc",
+        "check none.bvhc roof.bvhc",
+        "check bad.bvhc --json",
+    ];
+    keep("check", &place, &commands);
+    let commands = [
+        "verify roof.bvhc --source roof.obj --device cpu --rays 2k",
+        "verify roof.bvhc --source tile.gltf --device cpu --rays 2k",
+        "verify roof.bvhc --device cpu --ray 3.2,0.3,-5,0,0,1",
+        "verify bad.bvhc --device cpu --rays 2k",
+    ];
+    keep("verify", &place, &commands);
+}
+
+#[test]
+fn snapshots_of_errors() {
+    let place = furnished();
+    place.write("beyond.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+    place.write("page.obj", "<!DOCTYPE html>\n<p>not found</p>\n");
+    place.write("cut.gltf", "{\"asset\":{\"version\":\"2.0\"},");
+    let commands = [
+        "build none.obj -o a.bvhc",
+        "build beyond.obj -o a.bvhc",
+        "build page.obj -o a.bvhc",
+        "build cut.gltf -o a.bvhc",
+        "build cut.gltf -o a.bvhc --json",
+        "build roof.obj -o no/folder/a.bvhc",
+        "build roof.obj",
+        "build roof.obj -o a.bvhc --method spatial",
+        "build roof.obj -o a.bvhc --bins 1",
+        "build roof.obj -o a.bvhc -O max-leaves=4",
+        "build roof.obj -o a.bvhc --max-memory 1k",
+        "info roof.obj",
+        "stats none.bvhc",
+    ];
+    keep("errors", &place, &commands);
+}
