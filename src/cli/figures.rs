@@ -15,6 +15,11 @@ pub fn count(n: impl Into<u64>) -> String {
     out
 }
 
+/// `1 ray`, `69,451 rays`.
+pub fn counted(n: u64, one: &str, many: &str) -> String {
+    format!("{} {}", count(n), if n == 1 { one } else { many })
+}
+
 /// Decimal units, three significant digits or so: `812 B`, `3.3 MB`.
 pub fn bytes(n: u64) -> String {
     let units = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];

@@ -129,14 +129,17 @@ impl Built {
 
     /// `rock.bvhc  69,451 tris → 84,120 refs (+21.1%), 91,377 nodes, depth 22, SAH 31.4, 3.3 MB, 0.41 s`
     pub fn line(&self, job: &Job) -> String {
-        let mut line = format!("{}  {} tris", names::path(&job.output), figures::count(self.triangles));
-        line += &format!(" → {} refs ({:+.1}%)", figures::count(self.references), self.duplication * 100.0);
+        let counted = figures::counted;
+        let tris = |n| counted(n, "tri", "tris");
+        let refs = counted(self.references, "ref", "refs");
+        let share = self.duplication * 100.0;
+        let mut line = format!("{}  {} → {refs} ({share:+.1}%)", names::path(&job.output), tris(self.triangles));
         if self.instances > 0 {
-            let instances = figures::count(self.instances);
-            let seen = figures::count(self.instanced_triangles);
-            line += &format!(" in {} trees, {instances} instances ({seen} tris)", figures::count(self.trees));
+            let trees = counted(self.trees, "tree", "trees");
+            let instances = counted(self.instances, "instance", "instances");
+            line += &format!(" in {trees}, {instances} ({})", tris(self.instanced_triangles));
         }
-        line += &format!(", {} nodes, depth {}", figures::count(self.nodes), self.max_depth);
+        line += &format!(", {}, depth {}", counted(self.nodes, "node", "nodes"), self.max_depth);
         let took = figures::seconds(Duration::from_secs_f64(self.times.total_ms / 1e3));
         line + &format!(", SAH {}, {}, {took}", figures::cost(self.sah), figures::bytes(self.file_len))
     }

@@ -43,7 +43,7 @@ pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
         text.push_str(&format!("{name}: {}\n", names::escape(&device.description)));
         text.push_str(&deviation(device));
         if total.brute_rays > 0 {
-            let (rays, other) = (counted(total.brute_rays, "ray", "rays"), figures::count(total.brute_unlike));
+            let (rays, other) = (figures::counted(total.brute_rays, "ray", "rays"), figures::count(total.brute_unlike));
             text.push_str(&format!("{name}: {rays} traced without the tree, too: {other} answered otherwise then\n"));
         }
     }
@@ -69,18 +69,14 @@ fn row(table: &mut Table, name: &str, counts: &Counts, plan: &Plan) {
         false => String::new(),
     };
     let cells = [
-        counted(counts.rays, "ray", "rays"),
-        counted(counts.hits, "hit", "hits"),
-        counted(counts.mismatches(), "mismatch", "mismatches"),
-        counted(counts.ties, "tie", "ties"),
+        figures::counted(counts.rays, "ray", "rays"),
+        figures::counted(counts.hits, "hit", "hits"),
+        figures::counted(counts.mismatches(), "mismatch", "mismatches"),
+        figures::counted(counts.ties, "tie", "ties"),
         figures::seconds(Duration::from_secs_f64(seconds)),
         rate,
     ];
     table.row(name, cells);
-}
-
-fn counted(n: u64, one: &str, many: &str) -> String {
-    format!("{} {}", figures::count(n), if n == 1 { one } else { many })
 }
 
 /// What a device whose arithmetic differs made of it.
@@ -101,18 +97,20 @@ fn deviation(device: &DeviceOutcome) -> String {
 }
 
 fn oracle(oracle: &OracleOutcome, plan: &Plan) -> String {
-    let tested =
-        format!("{} tested, each against the triangle that it names\n", counted(oracle.hits_tested, "hit", "hits"));
+    let tested = format!(
+        "{} tested, each against the triangle that it names\n",
+        figures::counted(oracle.hits_tested, "hit", "hits")
+    );
     let all = if oracle.rays == plan.rays { "all" } else { "a sample of" };
     tested
         + &format!(
             "brute force over {} triangles judges {all} {}: {} missed, {} farther, {} false; {}, {} grazing, {} unsure\n",
             figures::count(oracle.triangles),
-            counted(oracle.rays, "ray", "rays"),
+            figures::counted(oracle.rays, "ray", "rays"),
             figures::count(oracle.missed),
             figures::count(oracle.farther),
             figures::count(oracle.false_hits),
-            counted(oracle.ties, "tie", "ties"),
+            figures::counted(oracle.ties, "tie", "ties"),
             figures::count(oracle.grazing),
             figures::count(oracle.unsure),
         )
@@ -121,7 +119,7 @@ fn oracle(oracle: &OracleOutcome, plan: &Plan) -> String {
 /// How the triangles stand to the model's.
 pub fn placing(placed: &Placed) -> String {
     let Placed { loss, read, astray, .. } = placed;
-    let triangles = counted(placed.triangles, "triangle", "triangles");
+    let triangles = figures::counted(placed.triangles, "triangle", "triangles");
     let rounded = |what: &str, loss: &Loss| {
         let (share, most) = (100.0 * loss.share, 100.0 * Loss::MOST);
         let verdict =
@@ -140,7 +138,7 @@ pub fn placing(placed: &Placed) -> String {
         text.push_str(&rounded("reading moved the corners", read));
     }
     if *astray > 0 {
-        let some = counted(*astray, "triangle is", "triangles are");
+        let some = figures::counted(*astray, "triangle is", "triangles are");
         text.push_str(&format!("{some} not where the model has them; wrong: no rounding explains it\n"));
     }
     text
@@ -154,7 +152,7 @@ fn same(a: &Mismatch, b: &Mismatch) -> bool {
 fn told(m: &Mismatch, verified: &Verified, mismatches: u64) -> String {
     let others = match mismatches - 1 {
         0 => String::new(),
-        n => format!("; {} after it", counted(n, "mismatch", "mismatches")),
+        n => format!("; {} after it", figures::counted(n, "mismatch", "mismatches")),
     };
     let mut text = format!("{} {}{others}\n", m.device, m.class.words());
     text.push_str(&format!("  ray       {}  (number {} of {})\n", write_ray(&m.ray), m.index, set_name(m.set)));
