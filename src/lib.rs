@@ -72,6 +72,8 @@
 //!
 //! The file format is `format-spec/SPEC.md`: a reader in another language needs nothing else.
 
+#![warn(missing_docs)]
+
 pub mod build;
 mod builder;
 pub mod cache;
