@@ -34,7 +34,7 @@
 //!
 //! | level | holds afterwards | cost |
 //! |---|---|---|
-//! | `Quick` | right format and version, complete, header and table intact | under 5 ms for any size |
+//! | `Quick` | right format and version, complete, header and table intact | the table's length, for any size of file |
 //! | `Hash`, the default | and every byte is what was written | one pass of BLAKE3 |
 //! | `Tree` | and every record is sound, whoever wrote it | a few passes over the records |
 //!
