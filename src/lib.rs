@@ -68,7 +68,7 @@
 //! - [`compile`]: a whole scene becomes all of its trees;
 //! - [`Build`]: all of this in one go;
 //! - [`verify`]: rays traced on the CPU and on OpenCL devices, compared with the oracle;
-//! - [`report`]: facts and figures about a file, as the command line prints them.
+//! - [`report`]: facts about a file, as `bvhc info --json` prints them, and charts.
 //!
 //! The file format is `format-spec/SPEC.md`: a reader in another language needs nothing else.
 
@@ -86,6 +86,8 @@ pub mod tree;
 pub mod verify;
 
 #[cfg(feature = "cli")]
+#[doc(hidden)]
+// The program is the interface: `main.rs`, and tests that hold its texts against the documents, come in here.
 pub mod cli;
 
 pub use builder::{Build, Built};
