@@ -34,7 +34,7 @@
 //!
 //! | level | holds afterwards | cost |
 //! |---|---|---|
-//! | `Quick` | right format and version, complete, header and table intact | under 5 ms for any size |
+//! | `Quick` | right format and version, complete, header and table intact | the table's length, for any size of file |
 //! | `Hash`, the default | and every byte is what was written | one pass of BLAKE3 |
 //! | `Tree` | and every record is sound, whoever wrote it | a few passes over the records |
 //!
@@ -68,9 +68,11 @@
 //! - [`compile`]: a whole scene becomes all of its trees;
 //! - [`Build`]: all of this in one go;
 //! - [`verify`]: rays traced on the CPU and on OpenCL devices, compared with the oracle;
-//! - [`report`]: facts and figures about a file, as the command line prints them.
+//! - [`report`]: facts about a file, as `bvhc info --json` prints them, and charts.
 //!
 //! The file format is `format-spec/SPEC.md`: a reader in another language needs nothing else.
+
+#![warn(missing_docs)]
 
 pub mod build;
 mod builder;
@@ -84,6 +86,8 @@ pub mod tree;
 pub mod verify;
 
 #[cfg(feature = "cli")]
+#[doc(hidden)]
+// The program is the interface: `main.rs`, and tests that hold its texts against the documents, come in here.
 pub mod cli;
 
 pub use builder::{Build, Built};

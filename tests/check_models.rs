@@ -1,4 +1,4 @@
-//! The check on trees that the builders make, and its speed.
+//! The check on trees that the builders make; how fast it is, is printed and not judged.
 
 mod common;
 
@@ -71,11 +71,10 @@ fn long_every_tree_of_every_model_is_valid() {
     assert_eq!(bad, 0, "{bad} trees are not valid");
 }
 
-/// The whole check of a whole file, hashes included: at least 1 GB/s on one core of a desktop machine. The floor asserted
-/// leaves room for slow and busy ones; debug builds only print.
+/// The whole check of a whole file, hashes included. Prints how much of it one core checks in a second.
 #[test]
 #[ignore = "long: builds and checks meshes of a million triangles"]
-fn long_check_of_everything_in_gigabytes_a_second() {
+fn long_check_of_everything() {
     let mut scenes = vec![("terrain".to_owned(), terrain()), ("straws".to_owned(), straws())];
     let models = ["city_san_francisco/san_francisco", "obvhs_kitchen/kitchen", "bitterli_kitchen/bitterli_kitchen"];
     for (dir, model) in common::models_dir().iter().flat_map(|dir| models.map(|m| (dir, m))) {
@@ -104,7 +103,6 @@ fn long_check_of_everything_in_gigabytes_a_second() {
             );
             assert!(report.is_valid(), "{}", show(&report));
             assert!(refs as u64 > prims || name != "straws" || preset == Preset::Draft, "nothing was split");
-            assert!(cfg!(debug_assertions) || speed > 0.5, "{name} {preset:?}: {speed:.2} GB/s");
         }
     }
 }

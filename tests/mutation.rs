@@ -111,13 +111,11 @@ fn unaligned_bytes_are_checked_like_aligned_ones() {
 
 /// Sixty-five pairs, both nodes of each pointing at the next pair: in bounds, acyclic, 64 deep, and 2⁶⁴ visits to follow.
 #[test]
-fn a_ladder_of_shared_pairs_is_refused_at_once() {
-    let start = std::time::Instant::now();
+fn a_ladder_of_shared_pairs_is_refused_without_climbing_it() {
     let bytes = invalid::ladder();
     assert!(bytes.len() < 8192);
     let report = check_bytes(&bytes, Level::Tree, None, &Limits::default(), &Executor::current());
     assert!(report.count(&rules::E0404) > 0, "{}", lines(&report));
-    assert!(start.elapsed().as_secs_f64() < 1.0);
 }
 
 #[test]

@@ -113,7 +113,10 @@ fn bases() -> Vec<(String, Vec<u8>)> {
     bases.map(|(name, base)| (name.to_owned(), base)).into()
 }
 
-/// Read `rounds` mutations of each base; every one must end within a second and two, and without a panic.
+/// What no file of some kilobytes takes unless the reader hangs, on however busy a machine.
+const HANGS: Duration = Duration::from_secs(60);
+
+/// Read `rounds` mutations of each base; every one must end, and without a panic.
 fn survive(bases: &[(String, Vec<u8>)], rounds: usize) {
     let policies = [Degenerate::Keep, Degenerate::Drop, Degenerate::Error];
     let (mut read, mut refused) = (0u64, 0u64);
@@ -143,7 +146,7 @@ fn survive(bases: &[(String, Vec<u8>)], rounds: usize) {
                 }
                 Err(_) => panic!("{name}, mutation {round}, panicked on:\n{}", String::from_utf8_lossy(&kept)),
             }
-            assert!(started.elapsed() < Duration::from_secs(2), "{name}, mutation {round}: {:?}", started.elapsed());
+            assert!(started.elapsed() < HANGS, "{name}, mutation {round}: {:?}", started.elapsed());
         }
     }
     println!("{read} read, {refused} refused");

@@ -9,8 +9,9 @@ use bvhc::compile::compile;
 use bvhc::geom::Ray;
 use bvhc::scene::Scene;
 use bvhc::trace::rays::RaySet;
-use bvhc::trace::{Fault as Mistake, Observer, try_any_hit, try_closest_hit};
+use bvhc::trace::{Observer, try_any_hit, try_closest_hit};
 use bvhc::verify::{Class, Cpu, Device, DeviceError, HitRecord, Outcome, Plan, Query, Subject, run, scene_of_file};
+use bvhc_core::trace::Fault as Mistake;
 #[cfg(feature = "opencl")]
 use common::devices::opencl;
 use common::devices::others;

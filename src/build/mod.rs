@@ -29,11 +29,16 @@ mod wide_door;
 pub use crate::exec::Executor;
 pub use error::{BuildError, Remedy};
 pub use progress::{NoProgress, Progress};
-pub use recipe::names::{Named, nearest};
-pub use recipe::options::{Axes, BuildOptions, Clip, Levels, MAX_ADAPT, Method, Preset};
-pub use recipe::registry::{METHODS, MethodInfo, PRESETS, PresetInfo};
-pub use recipe::row::{InKey, Kind, OptionInfo, Readers, Spelling};
-pub use recipe::settings::Setting;
+pub use recipe::names::Named;
+#[cfg(feature = "cli")]
+pub(crate) use recipe::names::nearest;
+pub use recipe::options::{Axes, BuildOptions, Clip, Levels, Method, Preset};
+#[cfg(feature = "cli")]
+pub(crate) use recipe::registry::PRESETS;
+pub use recipe::registry::{METHODS, MethodInfo};
+pub use recipe::row::{Kind, OptionInfo, Spelling};
+#[cfg(feature = "cli")]
+pub(crate) use recipe::settings::Setting;
 pub use recipe::table::{OPTIONS, option};
 pub(crate) use top_down::driver::MAX_REFS;
 

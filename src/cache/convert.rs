@@ -12,7 +12,9 @@ use crate::exec::Executor;
 
 /// What a conversion did.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ConvertSummary {
+    /// The new file.
     pub written: WriteSummary,
     /// Sections that could not be kept: unknown to this version and not marked COPY_SAFE.
     pub dropped: Vec<SectionKind>,
@@ -21,6 +23,7 @@ pub struct ConvertSummary {
 /// What a conversion leaves out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ConvertOptions {
+    /// Codec and check of the new file.
     pub write: WriteOptions,
     /// Leave out every section that this version does not know, even where it may be copied.
     pub strip_unknown: bool,

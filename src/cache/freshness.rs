@@ -12,42 +12,60 @@ use crate::exec::Executor;
 
 /// What [`freshness`] found.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum Freshness {
     /// The cache is what a build would write, its codec aside.
     Fresh {
+        /// The cache's header, table and META.
         head: Box<Head>,
         /// The files that it depends on, as reached from the working directory, the model first.
         inputs: Vec<PathBuf>,
     },
+    /// It must be built.
     Stale(Staleness),
 }
 
 /// Why a cache must be built (again). The text completes "stale: …".
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Staleness {
+    /// There is no file.
     Missing,
     /// There is a file, but it is no cache, damaged, or of another version: the reader's words.
     Unreadable(String),
     /// The file does not say what it was made from.
     NoMeta,
+    /// It was built by another method.
     Method {
+        /// The method that META names.
         from: String,
+        /// The method that is asked for.
         to: String,
     },
+    /// The method, or the reading of models, gives another result now.
     BuilderRevision {
+        /// The revision that META states.
         from: u32,
+        /// This version's revision.
         to: u32,
     },
     /// `None`: the option is not there.
     Option {
+        /// The option, as META names it.
         name: String,
+        /// Its value in META.
         from: Option<String>,
+        /// The value that is asked for.
         to: Option<String>,
     },
+    /// A file that META lists is not there.
     InputMissing {
+        /// Its name, relative to the model's folder.
         name: String,
     },
+    /// A file that META lists has another length or hash.
     InputChanged {
+        /// Its name, relative to the model's folder.
         name: String,
     },
     /// Everything that META says agrees, but the key in the header is another.

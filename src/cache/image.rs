@@ -9,11 +9,17 @@ use crate::tree::{Accel, Node, Tree, quality};
 /// The content of a cache file in memory, ready to be written or traversed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
+    /// `NODE`: tree after tree, as [`BlasRecord::node_offset`] says.
     pub nodes: Vec<Node>,
+    /// `TRIS`: tree after tree in leaf order, as [`BlasRecord::ref_offset`] says.
     pub triangles: Vec<TriangleRecord>,
+    /// `GEOM`: the source parts.
     pub geoms: Vec<GeomRecord>,
+    /// `BLAS`: one record for each tree.
     pub blases: Vec<BlasRecord>,
+    /// `TNOD`; empty without the flag [`tree_flags::TWO_LEVEL`].
     pub tlas_nodes: Vec<Node>,
+    /// `INST`, in the order of the TLAS's leaves; empty without that flag.
     pub instances: Vec<InstanceRecord>,
     /// Names of the parts, one for each row of `geoms`; empty where no names are known.
     pub names: Vec<String>,
@@ -104,6 +110,7 @@ impl Image {
         Ok(())
     }
 
+    /// What traversal reads, without a copy.
     pub fn view(&self) -> View<'_> {
         View {
             nodes: &self.nodes,

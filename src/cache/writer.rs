@@ -21,12 +21,16 @@ use crate::tree::max_depth;
 
 /// How sections are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Codec {
     /// As they are: mappable. What a cache is for.
     #[default]
     Raw,
     /// zstd frames of 1 MiB where that saves at least 5 %: smaller to ship, decoded when opened. Levels 1 to 22; 3 is usual.
-    Zstd { level: i32 },
+    Zstd {
+        /// Higher is smaller and slower to write; opening takes the same.
+        level: i32,
+    },
 }
 
 /// Choices that change the file but not its content.
@@ -47,8 +51,11 @@ impl Default for WriteOptions {
 
 /// What was written.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WriteSummary {
+    /// As it stands in the file, `file_id` included.
     pub header: Header,
+    /// The section table in file order.
     pub sections: Vec<SectionEntry>,
 }
 

@@ -14,7 +14,7 @@
 //! Results go to stdout; progress, warnings and errors go to stderr.
 
 mod advice;
-pub mod args;
+mod args;
 mod caches;
 pub mod commands;
 mod depfile;

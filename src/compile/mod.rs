@@ -88,16 +88,19 @@ pub fn compile_laid_out(
 
 /// The geometry that a scene's trees index.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct LaidOut {
     /// One for each BLAS, in their order.
     pub meshes: Vec<Mesh>,
     /// What the TLAS's references index; `None` for one level, which has at most one mesh, in world space.
     pub instances: Option<Vec<Instance>>,
+    /// What the geometry lost on the way.
     pub placing: Placing,
 }
 
 /// What putting the meshes where their instances stand cost.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Placing {
     /// Triangles that had an area in their mesh and have none where they stand. They are left out or stay as [`Scene::degenerate`] says.
     pub collapsed: u64,

@@ -8,13 +8,19 @@ use serde::Serialize;
 
 /// Header, section table and, where present, META of one file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FileInfo {
     /// Exact size in bytes.
     pub file_len: u64,
+    /// The version of the format, as the header states it.
     pub format: FormatVersion,
+    /// Bits that a reader must know; 0 in version 1.0.
     pub features_required: u64,
+    /// Bits that a reader may ignore; 0 in version 1.0.
     pub features_optional: u64,
+    /// [`tree_flags`].
     pub tree_flags: FlagSet,
+    /// Who built the trees.
     pub builder: BuilderInfo,
     /// Root hash: commits to every byte of the file.
     pub file_id: String,
@@ -22,14 +28,23 @@ pub struct FileInfo {
     pub content_id: String,
     /// Identity of inputs, options and builder revision.
     pub build_key: String,
+    /// Distinct triangles over all BLASes.
     pub prim_count: u64,
+    /// Records of `TRIS`, duplicates included.
     pub ref_count: u64,
+    /// Live nodes of all trees.
     pub node_count: u64,
+    /// Trees over meshes.
     pub blas_count: u32,
+    /// 0 in a one-level file.
     pub instance_count: u32,
+    /// 0: no sequence.
     pub frame_count: u32,
+    /// Of the deepest leaf of any one tree; the root has depth 0.
     pub max_depth: u32,
+    /// World bounds; all zero for an empty scene.
     pub scene_bounds: Bounds,
+    /// The section table in file order, unknown kinds included.
     pub sections: Vec<SectionInfo>,
     /// `None` where the file has no META or one of an unknown schema: a file is usable without.
     pub meta: Option<MetaInfo>,
@@ -38,8 +53,11 @@ pub struct FileInfo {
     pub meta_error: Option<String>,
 }
 
+/// See `format-spec/SPEC.md`, section 12.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FormatVersion {
+    /// Readers of one major read no other.
     pub major: u16,
     /// The writer's minor.
     pub minor: u16,
@@ -49,12 +67,17 @@ pub struct FormatVersion {
 
 /// A flag word with the names of the bits that this version knows, lowest first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FlagSet {
+    /// The whole word, unknown bits included.
     pub bits: u32,
+    /// Of its known bits, as `format-spec/SPEC.md` writes them.
     pub names: Vec<&'static str>,
 }
 
+/// Which method built the trees, twice: as the header and as META say it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct BuilderInfo {
     /// `builder_id` of the header: information that nothing may depend on.
     pub id: u32,
@@ -62,39 +85,58 @@ pub struct BuilderInfo {
     pub name: Option<String>,
 }
 
+/// An axis-aligned box.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Bounds {
+    /// Near corner.
     pub min: [f32; 3],
+    /// Far corner.
     pub max: [f32; 3],
 }
 
 /// One entry of the section table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SectionInfo {
     /// Four characters; bytes outside printable ASCII are written `\xNN`.
     #[serde(rename = "type")]
     pub kind: String,
+    /// Tells sections of one kind apart; 0 in version 1.0.
     pub ordinal: u32,
+    /// [`section_flags`].
     pub flags: FlagSet,
+    /// Layout version of the kind.
     pub schema: u16,
     /// `raw`, `zstd`, or the number of an unknown codec.
     pub codec: String,
+    /// Bytes: `offset` is a multiple of it.
     pub align: u64,
+    /// First byte in the file.
     pub offset: u64,
+    /// Bytes in the file.
     pub stored_len: u64,
+    /// Bytes after decoding.
     pub raw_len: u64,
+    /// Records; of an opaque section what SPEC says of its kind.
     pub elem_count: u64,
     /// 0 for an opaque section.
     pub elem_size: u32,
+    /// BLAKE3 of the decoded bytes.
     pub raw_hash: String,
+    /// BLAKE3 of the bytes in the file.
     pub stored_hash: String,
 }
 
 /// Provenance, as META records it; the fields are those of `format-spec/SPEC.md`, section 6.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct MetaInfo {
+    /// Name of the writing program.
     pub tool: String,
+    /// Its version.
     pub tool_version: String,
+    /// Name of the build method.
     pub method: String,
     /// Raised whenever the builder's output changes.
     pub builder_revision: u32,
@@ -104,28 +146,41 @@ pub struct MetaInfo {
     pub inputs: Vec<InputInfo>,
     /// What reading dropped or repaired.
     pub read_counts: Vec<CountInfo>,
+    /// Why the writer chose what it chose, for people.
     pub notes: Vec<String>,
 }
 
+/// An option of the build.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct OptionInfo {
+    /// As the build key has it.
     pub name: String,
+    /// Text that two different values never share.
     pub value: String,
 }
 
+/// A file that the trees were made from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct InputInfo {
     /// 0: the model; 1: a file that the model names.
     pub role: u32,
     /// Relative to the model's folder.
     pub name: String,
+    /// Bytes.
     pub len: u64,
+    /// Of the whole file.
     pub blake3: String,
 }
 
+/// What reading dropped or repaired of one kind.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct CountInfo {
+    /// The field of [`ReadReport`](crate::scene::ReadReport).
     pub name: String,
+    /// How many.
     pub count: u64,
 }
 
@@ -221,6 +276,7 @@ impl From<&Dependency> for InputInfo {
 }
 
 impl FlagSet {
+    /// The word `bits` with the names of those bits of `known` that are set.
     pub fn new(bits: u32, known: &[(u32, &'static str)]) -> FlagSet {
         FlagSet { bits, names: known.iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| *name).collect() }
     }

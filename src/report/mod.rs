@@ -1,5 +1,5 @@
-//! What is said about a cache file: [`FileInfo`](info::FileInfo) from its header alone, [`FileReport`](file::FileReport) from
-//! its trees.
+//! What is said about a cache file: [`FileInfo`](info::FileInfo) from its header alone, and for the command line what its trees come to
+//! (`file`, `stats`, `overlap`) and charts.
 //!
 //! Everything here is data with one serialisation for machines; the text that people read is laid out by `cli`.
 
@@ -7,7 +7,10 @@
 pub mod accuracy;
 #[cfg(feature = "cli")]
 pub mod chart;
-pub mod file;
+#[cfg(feature = "cli")]
+pub(crate) mod file;
 pub mod info;
-pub mod overlap;
-pub mod stats;
+#[cfg(feature = "cli")]
+pub(crate) mod overlap;
+#[cfg(feature = "cli")]
+pub(crate) mod stats;

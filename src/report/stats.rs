@@ -101,14 +101,6 @@ impl TreeStats {
         ratio(self.leaf_cost, self.root_area)
     }
 
-    pub fn inner_share(&self) -> f64 {
-        ratio(self.inner_cost, self.inner_cost + self.leaf_cost)
-    }
-
-    pub fn leaf_share(&self) -> f64 {
-        ratio(self.leaf_cost, self.inner_cost + self.leaf_cost)
-    }
-
     pub fn inner_nodes(&self) -> u64 {
         self.nodes - self.leaves
     }

@@ -19,10 +19,12 @@ mod validate;
 
 pub(crate) use collinear::is_collinear;
 pub use error::{ErrorKind, Resemblance, SceneError};
-pub use gltf::{EXTENSIONS as GLTF_EXTENSIONS, Extension as GltfExtension, Treatment, extension as gltf_extension};
+#[cfg(any(feature = "cli", test))]
+pub(crate) use gltf::{EXTENSIONS as GLTF_EXTENSIONS, Treatment};
 pub use options::{Degenerate, Format, ReadOptions};
+pub use precision::Loss;
+pub(crate) use precision::local_origin;
 pub(crate) use precision::shortest_edges;
-pub use precision::{Loss, local_origin};
 pub use read::{read, read_bytes, read_with};
 pub(crate) use sanitize::drop_triangles;
 pub use source::Progress;
@@ -33,9 +35,11 @@ use crate::geom::{Aabb, Affine, Point};
 /// A scene: meshes stored once, and the places where they stand.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
+    /// In file order. Each is stored once, however many instances name it.
     pub meshes: Vec<Mesh>,
     /// In file order (depth-first node order for glTF). A mesh that no instance names is not part of the scene.
     pub instances: Vec<Instance>,
+    /// What reading dropped or repaired.
     pub report: ReadReport,
     /// What rounding the positions cost.
     pub rounding: Rounding,
@@ -48,7 +52,9 @@ pub struct Scene {
 /// An indexed triangle mesh: what becomes one BLAS.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
+    /// As the source names it, for messages; may be empty.
     pub name: String,
+    /// In the mesh's own unit and space; those that a triangle uses are finite.
     pub positions: Vec<Point>,
     /// What rounding each position to `f32` left off, itself rounded: position + remainder is the position to 48 bits. Empty where every
     /// position is exact, as in most files; not where morph targets, joints or normalized integers make it.
@@ -88,6 +94,7 @@ pub struct Part {
     pub baked_node: Option<u32>,
     /// First of this part's triangles in [`Mesh::triangles`].
     pub first_triangle: u32,
+    /// How many of [`Mesh::triangles`] are the part's.
     pub triangle_count: u32,
     /// Number of the part's first triangle in the source mesh, as in [`Mesh::source_prims`].
     pub first_prim: u32,
@@ -104,6 +111,7 @@ pub struct Instance {
     pub transform: Affine,
     /// Source node index, 0 for OBJ; [`Instance::NO_NODE`] where the transform is no node's, or several nodes' geometry stands there. Nodes with `EXT_mesh_gpu_instancing` appear once per instance.
     pub node: u32,
+    /// Of the node that places it; empty where the node or the source names none.
     pub name: String,
 }
 
@@ -114,12 +122,15 @@ pub struct InputFile {
     pub path: std::path::PathBuf,
     /// As written in the model relative to its folder; the file name for the model itself. Never absolute.
     pub name: String,
+    /// Bytes, as read.
     pub len: u64,
+    /// BLAKE3 of the bytes, as read.
     pub blake3: [u8; 32],
 }
 
 /// What rounding cost the mesh that lost most, in reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Rounding {
     /// From the numbers in the file to [`Mesh::positions`], where a file has more digits than `f32`.
     pub loss: Loss,
@@ -129,6 +140,7 @@ pub struct Rounding {
 
 /// What reading had to drop or repair, and what of a model a still scene cannot show. All zero for a clean file.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct ReadReport {
     /// Triangles with two equal corners or zero area (collinear corners), found by an exact test in `f64`.
     pub degenerate_triangles: u64,
@@ -179,20 +191,22 @@ impl Mesh {
         [0, 1, 2].map(|k| f64::from(position[k]) + f64::from(remainder[k]))
     }
 
+    /// The positions of triangle `i`, in the mesh's own space.
     pub fn corners(&self, i: usize) -> [Point; 3] {
         self.triangles[i].map(|v| self.positions[v as usize])
     }
 
     /// The corners of triangle `i` moved by a transform, computed in `f64` and rounded once: what a file of one level holds.
-    pub fn baked_corners(&self, i: usize, to_world: &Affine) -> [Point; 3] {
+    pub(crate) fn baked_corners(&self, i: usize, to_world: &Affine) -> [Point; 3] {
         self.triangles[i].map(|v| self.baked_position(v as usize, to_world))
     }
 
     /// Position `v` moved by a transform, computed in `f64` and rounded once.
-    pub fn baked_position(&self, v: usize, to_world: &Affine) -> Point {
+    pub(crate) fn baked_position(&self, v: usize, to_world: &Affine) -> Point {
         to_world.transform_point(self.exact_position(v)).map(|c| c as f32)
     }
 
+    /// The box of those corners, exact.
     pub fn triangle_box(&self, i: usize) -> Aabb {
         Aabb::from_points(&self.corners(i))
     }

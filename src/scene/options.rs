@@ -3,6 +3,7 @@ use std::path::Path;
 /// What happens to triangles without area. Triangles with NaN or infinite positions have no box and cannot stay: they are
 /// dropped and counted under [`Keep`](Degenerate::Keep) and [`Drop`](Degenerate::Drop), refused under [`Error`](Degenerate::Error).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Degenerate {
     /// They stay, and are counted.
     Keep,
@@ -17,6 +18,7 @@ pub enum Degenerate {
 /// only decide whether there is one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadOptions {
+    /// What becomes of triangles without area.
     pub degenerate: Degenerate,
     /// Let a glTF name buffers outside its own folder: absolute paths, `..`, symbolic links and `file:` URIs.
     pub allow_outside: bool,
@@ -30,10 +32,11 @@ pub struct ReadOptions {
 }
 
 impl ReadOptions {
+    /// [`ReadOptions::max_memory`] unless another is given: 8 GiB.
     pub const DEFAULT_MAX_MEMORY: u64 = 8 << 30;
 
     /// Whether a glTF extension is to be read as if it were not in the file.
-    pub fn ignores(&self, extension: &str) -> bool {
+    pub(crate) fn ignores(&self, extension: &str) -> bool {
         self.ignore_extensions.iter().any(|e| e == extension)
     }
 }
@@ -52,8 +55,11 @@ impl Default for ReadOptions {
 
 /// The formats that can be read. A GLB is told from a `.gltf` by its first four bytes, whatever it is called.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
+    /// Wavefront OBJ, without its material library.
     Obj,
+    /// glTF 2.0, as JSON or as GLB.
     Gltf,
 }
 

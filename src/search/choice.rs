@@ -14,6 +14,7 @@ pub struct Trial {
 }
 
 impl Trial {
+    /// The recipe's name, as META's notes have it.
     pub fn name(&self) -> &'static str {
         self.rung.name()
     }
@@ -21,8 +22,11 @@ impl Trial {
 
 /// What a search did for one mesh.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Choice {
+    /// The search that was asked for: `auto` or `best`.
     pub method: Method,
+    /// Of the mesh.
     pub triangles: u64,
     /// Probe rays that every tree was asked with; 0 if none were, because the mesh is small or the cameras saw nothing of it.
     pub rays: u64,

@@ -29,6 +29,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// Whether a correct traversal may answer so.
     pub fn is_right(self) -> bool {
         !matches!(self, Verdict::Missed | Verdict::Farther | Verdict::False)
     }
@@ -37,33 +38,48 @@ impl Verdict {
 /// How many rays got which verdict, and the first that was wrong.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
+    /// [`Verdict::Agree`].
     pub agree: u64,
+    /// [`Verdict::Tie`].
     pub tie: u64,
+    /// [`Verdict::Grazing`].
     pub grazing: u64,
+    /// [`Verdict::Unsure`].
     pub unsure: u64,
+    /// [`Verdict::Missed`].
     pub missed: u64,
+    /// [`Verdict::Farther`].
     pub farther: u64,
+    /// [`Verdict::False`].
     pub false_hits: u64,
     /// Rays that hit something.
     pub hits: u64,
+    /// Of the rays in their order, so that it is the same for any number of threads.
     pub first_wrong: Option<Wrong>,
 }
 
 /// A wrong answer with all that is needed to replay it.
 #[derive(Clone, Debug)]
 pub struct Wrong {
+    /// Number of the ray among those that were compared.
     pub index: usize,
+    /// What was asked.
     pub ray: Ray,
+    /// One of those that are not right.
     pub verdict: Verdict,
+    /// What traversal answered.
     pub hit: Option<Hit>,
+    /// What brute force knows.
     pub answer: Answer,
 }
 
 impl Tally {
+    /// How many rays were judged.
     pub fn rays(&self) -> u64 {
         self.agree + self.tie + self.grazing + self.unsure + self.wrong()
     }
 
+    /// How many answers no correct traversal gives.
     pub fn wrong(&self) -> u64 {
         self.missed + self.farther + self.false_hits
     }
@@ -135,7 +151,7 @@ pub fn stands(oracle: &Oracle<'_>, ray: &Ray, source: Source, hit: &Hit) -> bool
 
 /// Whether an answer leaves out a triangle that the ray may meet: there is no hit, or one that is farther. Like [`stands`], of this one
 /// triangle alone; where it says yes, the oracle must be asked.
-pub fn passes_over(oracle: &Oracle<'_>, ray: &Ray, source: Source, hit: Option<&Hit>) -> bool {
+pub(crate) fn passes_over(oracle: &Oracle<'_>, ray: &Ray, source: Source, hit: Option<&Hit>) -> bool {
     let Some((_, farthest)) = oracle.reach(ray, source) else { return false };
     hit.is_none_or(|hit| {
         let (t, rounding) = distance(hit);
@@ -144,7 +160,7 @@ pub fn passes_over(oracle: &Oracle<'_>, ray: &Ray, source: Source, hit: Option<&
 }
 
 /// Judge whether anything was found: the answer to a shadow ray, or no hit.
-pub fn judge_any(answer: &Answer, found: bool) -> Verdict {
+pub(crate) fn judge_any(answer: &Answer, found: bool) -> Verdict {
     let (hit, bare_hit) = (answer.has(Standing::Hit), answer.has(Standing::BareHit));
     let (bare_miss, unsure) = (answer.has(Standing::BareMiss), answer.has(Standing::Unsure));
     match found {

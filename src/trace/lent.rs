@@ -16,6 +16,7 @@ pub struct Lent<'a> {
 }
 
 impl<'a> Lent<'a> {
+    /// Copies the triangles that the tree refers to. The tree must be one over this mesh.
     pub fn new(mesh: &Mesh, tree: &'a Tree, exec: &Executor) -> Lent<'a> {
         let record = |i: usize| triangle_record(mesh, tree.refs[i] as usize, 0, 0);
         let triangles = exec.generate(tree.refs.len(), record);
@@ -28,6 +29,7 @@ impl<'a> Lent<'a> {
         Lent { nodes: &tree.nodes, triangles, blases: [blas] }
     }
 
+    /// What traversal reads: one BLAS, no TLAS, no parts.
     pub fn view(&self) -> View<'_> {
         View {
             nodes: self.nodes,

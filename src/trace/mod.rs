@@ -32,15 +32,13 @@
 pub mod arithmetic;
 pub mod brute;
 pub mod compare;
-pub mod exact;
+pub(crate) mod exact;
 mod lent;
 pub mod probe;
 pub mod rays;
 
-#[doc(hidden)]
-pub use bvhc_core::trace::Fault;
 pub use bvhc_core::trace::{
     Counters, FARTHEST, Hit, Malformed, NoObserver, Observer, Step, Visit, any_hit, closest_hit, try_any_hit,
     try_closest_hit,
 };
-pub use lent::Lent;
+pub(crate) use lent::Lent;

@@ -16,6 +16,7 @@ use crate::scene::{Instance, Mesh};
 pub struct Accel {
     /// The geometry that the BLASes index, parallel to `blases`. With `--flatten`, one mesh in world space.
     pub meshes: Vec<Mesh>,
+    /// One tree over each of `meshes`.
     pub blases: Vec<Tree>,
     /// `None`: one level, at most one BLAS, world space.
     pub tlas: Option<Tree>,

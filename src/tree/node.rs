@@ -13,6 +13,7 @@ use bvhc_core::layout::{Node, max_depth};
 /// parent, hence no cycle. An empty tree has no nodes at all; a tree of one leaf has two records.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tree {
+    /// The layout above; indices count from 0.
     pub nodes: Vec<Node>,
     /// For each slot of the leaf order the item that stands there: a triangle of the mesh, or an instance. With spatial
     /// splits the same item may stand in several leaves.

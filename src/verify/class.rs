@@ -4,7 +4,9 @@ use serde::Serialize;
 
 /// How many of a device's answers were what. Every ray that is in none of the classes agrees with the reference bit for bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Counts {
+    /// How many were asked about.
     pub rays: u64,
     /// Closest hits; with any-hit alone, rays that hit anything.
     pub hits: u64,
@@ -20,8 +22,11 @@ pub struct Counts {
     /// Unlike the reference, and beyond the number of differences that the oracle judges; only on such a device.
     pub unjudged: u64,
 
+    /// Nothing, where something is certainly hit.
     pub missed: u64,
+    /// A triangle behind the nearest hit.
     pub farther: u64,
+    /// A triangle that the ray certainly misses at that distance.
     pub false_hits: u64,
     /// Not the reference's bits, on a device whose arithmetic gives them.
     pub bits: u64,
@@ -38,15 +43,19 @@ pub struct Counts {
     pub any_seconds: f64,
     /// Rays that the device traced without the tree, too, how many it answered otherwise then, and the time that took.
     pub brute_rays: u64,
+    /// Of these the ones that were answered otherwise.
     pub brute_unlike: u64,
+    /// Spent in the device for these.
     pub brute_seconds: f64,
 }
 
 impl Counts {
+    /// Answers that no right device gives: the last seven counts.
     pub fn mismatches(&self) -> u64 {
         self.missed + self.farther + self.false_hits + self.bits + self.tree + self.any_hit + self.malformed
     }
 
+    /// Count an answer of that class.
     pub fn add(&mut self, class: Class) {
         *match class {
             Class::Tie => &mut self.ties,
@@ -92,22 +101,36 @@ impl Counts {
 /// How an answer differs; see the fields of [`Counts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Class {
+    /// [`Counts::ties`].
     Tie,
+    /// [`Counts::grazing`].
     Grazing,
+    /// [`Counts::unsure`].
     Unsure,
+    /// [`Counts::rounding`].
     Rounding,
+    /// [`Counts::unjudged`].
     Unjudged,
+    /// [`Counts::missed`].
     Missed,
+    /// [`Counts::farther`].
     Farther,
+    /// [`Counts::false_hits`].
     False,
+    /// [`Counts::bits`].
     Bits,
+    /// [`Counts::tree`].
     Tree,
+    /// [`Counts::any_hit`].
     AnyHit,
+    /// [`Counts::malformed`].
     Malformed,
 }
 
 impl Class {
+    /// Whether no right device answers so.
     pub fn is_mismatch(self) -> bool {
         !matches!(self, Class::Tie | Class::Grazing | Class::Unsure | Class::Rounding | Class::Unjudged)
     }

@@ -12,6 +12,7 @@ pub struct Cpu<'a> {
 }
 
 impl<'a> Cpu<'a> {
+    /// Traces through `view` on the threads of `exec`.
     pub fn new(view: View<'a>, exec: &'a Executor) -> Cpu<'a> {
         Cpu { view, exec }
     }

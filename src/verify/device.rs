@@ -40,32 +40,84 @@ pub trait Device {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DeviceError {
+    /// The tree cannot be walked to its end.
     #[error("Cannot trace on {device}.\n{malformed}")]
-    Malformed { device: String, malformed: Malformed },
+    Malformed {
+        /// The device's name.
+        device: String,
+        /// What is wrong with the tree.
+        malformed: Malformed,
+    },
+    /// No OpenCL library could be loaded.
     #[error(
         "Cannot use OpenCL: no OpenCL library could be loaded.\n{library} is looked for, and what the variable OPENCL_DYLIB_PATH names."
     )]
-    NoLibrary { library: &'static str },
+    NoLibrary {
+        /// The name that is looked for on this system.
+        library: &'static str,
+    },
+    /// There is an OpenCL library, but no device.
     #[error(
         "Cannot use OpenCL: there is no device.\nThe OpenCL library was loaded; {platforms} drivers are registered with it, and none of them has a device."
     )]
-    NoDevice { platforms: usize },
+    NoDevice {
+        /// Drivers that are registered with the library.
+        platforms: usize,
+    },
+    /// The number is beyond those of the devices.
     #[error(
         "Cannot use OpenCL device {index}: there are {count}, numbered from 0.\n{list}",
         count = devices.len(),
         list = numbered(devices)
     )]
-    NoSuchDevice { index: usize, devices: Vec<String> },
+    NoSuchDevice {
+        /// The number that was asked for.
+        index: usize,
+        /// What there is, from number 0 on.
+        devices: Vec<String>,
+    },
+    /// The device is there and cannot trace.
     #[error("Cannot use {device}.\n{reason}")]
-    Unusable { device: String, reason: String },
+    Unusable {
+        /// The device's name.
+        device: String,
+        /// Why, as a sentence.
+        reason: String,
+    },
+    /// What tracing needs does not fit into the device.
     #[error(
         "Cannot use {device}: its memory is too small for {what}.\nNeeded are {needed} bytes, available {available}."
     )]
-    OutOfMemory { device: String, what: String, needed: u64, available: u64 },
+    OutOfMemory {
+        /// The device's name.
+        device: String,
+        /// What does not fit.
+        what: String,
+        /// Bytes.
+        needed: u64,
+        /// Bytes.
+        available: u64,
+    },
+    /// The driver refuses the kernels.
     #[error("Cannot compile the kernels for {device}: {status}.\n{log}")]
-    Build { device: String, status: String, log: String },
+    Build {
+        /// The device's name.
+        device: String,
+        /// Name of the OpenCL error.
+        status: String,
+        /// What the driver's compiler says.
+        log: String,
+    },
+    /// A call to the driver failed.
     #[error("Cannot trace on {device}: {call} failed with {status}.")]
-    Runtime { device: String, call: &'static str, status: String },
+    Runtime {
+        /// The device's name.
+        device: String,
+        /// The OpenCL function, or what it was called for.
+        call: &'static str,
+        /// Name of the OpenCL error.
+        status: String,
+    },
 }
 
 fn numbered(devices: &[String]) -> String {

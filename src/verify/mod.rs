@@ -23,13 +23,17 @@ mod device;
 pub mod opencl;
 mod origin;
 mod outcome;
+#[cfg(feature = "cli")]
 mod placing;
 mod plan;
+#[cfg(feature = "cli")]
 mod ray_text;
 mod record;
+#[cfg(feature = "cli")]
 mod replay;
 mod run;
 mod sets;
+#[cfg(feature = "cli")]
 mod source;
 mod stored;
 mod subject;
@@ -40,13 +44,19 @@ pub use class::{Class, Counts};
 pub use cpu::Cpu;
 pub use device::{Device, DeviceError, Query};
 pub use outcome::{DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Outcome};
-pub use placing::{Placed, placed};
-pub use plan::{Asked, Batch, Plan, Reference};
-pub use ray_text::{read_ray, write_ray};
+#[cfg(feature = "cli")]
+pub(crate) use placing::{Placed, placed};
+pub use plan::{Asked, Plan, Reference};
+#[cfg(feature = "cli")]
+pub(crate) use ray_text::{read_ray, write_ray};
 pub use record::{HitRecord, NO_HIT, NO_INSTANCE};
-pub use replay::{Replay, Step, replay};
+#[cfg(feature = "cli")]
+pub(crate) use replay::{Replay, Step, replay};
 pub use run::{VerifyError, run};
-pub use sets::{SETS, set_name, set_named};
-pub use source::{OtherModel, is_of_model};
+pub use sets::SETS;
+#[cfg(feature = "cli")]
+pub(crate) use sets::{set_name, set_named};
+#[cfg(feature = "cli")]
+pub(crate) use source::is_of_model;
 pub use stored::{NotAScene, scene_of_file};
 pub use subject::Subject;

@@ -9,9 +9,13 @@ use crate::trace::rays::{RaySet, Sampler};
 pub struct Plan {
     /// In total; [`Plan::rays_of`] says how they are shared.
     pub rays: u64,
+    /// Equal seeds give equal rays on every machine.
     pub seed: u64,
+    /// What the rays are after; see [`RaySet`].
     pub sets: Vec<RaySet>,
+    /// Which questions go to the devices.
     pub asked: Asked,
+    /// Who says what is right.
     pub reference: Reference,
     /// What the oracle may spend on its sample: boxes and triangles looked at, which take some tens of nanoseconds each.
     pub oracle_work: u64,
@@ -19,6 +23,7 @@ pub struct Plan {
 
 /// Which questions go to the devices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Asked {
     /// The closest hit, and whether there is any.
     Both,
@@ -28,6 +33,7 @@ pub enum Asked {
 
 /// Who says what is right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Reference {
     /// Brute force for a sample, the CPU's traversal of the file for all other rays.
     Bvh,
@@ -84,7 +90,7 @@ impl Plan {
     }
 
     /// All rays in pieces that fit in memory, set after set.
-    pub fn batches(&self) -> impl Iterator<Item = Batch> {
+    pub(crate) fn batches(&self) -> impl Iterator<Item = Batch> {
         let shares = RaySet::shares(&self.sets, self.rays);
         shares.into_iter().enumerate().flat_map(|(set, share)| {
             let starts = (0..share).step_by(BATCH as usize);
@@ -93,12 +99,12 @@ impl Plan {
     }
 
     /// The rays of a batch.
-    pub fn rays_in(&self, batch: &Batch, sampler: &Sampler<'_>, exec: &Executor) -> Vec<Ray> {
+    pub(crate) fn rays_in(&self, batch: &Batch, sampler: &Sampler<'_>, exec: &Executor) -> Vec<Ray> {
         self.units_of(batch, exec, |count, seed| sampler.rays(self.sets[batch.set], count, seed))
     }
 
     /// The triangles that the rays of a batch are aimed at, where its set does so.
-    pub fn targets_in(&self, batch: &Batch, sampler: &Sampler<'_>, exec: &Executor) -> Vec<Source> {
+    pub(crate) fn targets_in(&self, batch: &Batch, sampler: &Sampler<'_>, exec: &Executor) -> Vec<Source> {
         self.units_of(batch, exec, |count, seed| sampler.targets(self.sets[batch.set], count, seed))
     }
 
@@ -119,9 +125,12 @@ impl Plan {
 
 /// Some of a set's rays: those from number `first` on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Batch {
+pub(crate) struct Batch {
+    /// Index in [`Plan::sets`].
     pub set: usize,
+    /// Number of its first ray in the set.
     pub first: u64,
+    /// How many rays it has.
     pub count: u64,
 }
 

@@ -35,9 +35,13 @@ impl From<&Ray> for RayRecord {
 pub struct HitRecord {
     /// The bits of the `f32` distance; 0 for a miss, as all fields but `triangle` and `instance`.
     pub t: u32,
+    /// The bits of the `f32` weight of the second corner.
     pub u: u32,
+    /// The bits of the `f32` weight of the third corner.
     pub v: u32,
+    /// Number of the triangle in its source mesh.
     pub prim: u32,
+    /// Row of `GEOM`.
     pub geom: u32,
     /// [`NO_INSTANCE`] in a one-level file and for a miss.
     pub instance: u32,
@@ -48,6 +52,7 @@ pub struct HitRecord {
 }
 
 impl HitRecord {
+    /// The ray meets nothing.
     pub const MISS: HitRecord =
         HitRecord { t: 0, u: 0, v: 0, prim: 0, geom: 0, instance: NO_INSTANCE, triangle: NO_HIT, status: 0 };
 
@@ -56,6 +61,7 @@ impl HitRecord {
         HitRecord { triangle: if hit { 0 } else { NO_HIT }, ..HitRecord::MISS }
     }
 
+    /// Whether the ray meets something.
     pub fn is_hit(&self) -> bool {
         self.triangle != NO_HIT
     }

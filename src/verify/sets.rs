@@ -11,10 +11,14 @@ pub const SETS: [(&str, RaySet); RaySet::ALL.len()] = {
     table
 };
 
+/// What `--rays-from` calls the set.
+#[cfg(feature = "cli")]
 pub fn set_name(set: RaySet) -> &'static str {
     set.name()
 }
 
+/// The set that `--rays-from` calls so.
+#[cfg(feature = "cli")]
 pub fn set_named(name: &str) -> Option<RaySet> {
     SETS.iter().find(|(n, _)| *n == name).map(|(_, set)| *set)
 }

@@ -8,20 +8,52 @@ use crate::scene::{Instance, Mesh, Part, Scene};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NotAScene {
+    /// A row of `BLAS` names records beyond those of the file.
     #[error("Cannot take the scene from the file: the ranges of tree {tree} lie outside the file's sections.")]
-    TreeOutOfRange { tree: usize },
+    TreeOutOfRange {
+        /// The row.
+        tree: usize,
+    },
+    /// A triangle names a part that is none of its tree.
     #[error(
         "Cannot take the scene from the file: a triangle of tree {tree} names row {geom} of GEOM, which is not a row of that tree."
     )]
-    GeomOutOfRange { tree: usize, geom: u32 },
+    GeomOutOfRange {
+        /// Row of `BLAS`.
+        tree: usize,
+        /// Row of `GEOM` that the triangle names.
+        geom: u32,
+    },
+    /// No scene has such a triangle.
     #[error("Cannot take the scene from the file: triangle {prim} of tree {tree} has a corner that is not finite.")]
-    NotFinite { tree: usize, prim: u32 },
+    NotFinite {
+        /// Row of `BLAS`.
+        tree: usize,
+        /// Number of the triangle in its source mesh.
+        prim: u32,
+    },
+    /// An instance names a tree that is not there, or has a number that is too large or another's.
     #[error(
         "Cannot take the scene from the file: instance record {record} places tree {blas} as number {id}, but there are {trees} trees and {instances} instances, each numbered once."
     )]
-    Instance { record: usize, blas: u32, id: u32, trees: usize, instances: usize },
+    Instance {
+        /// Record of `INST`.
+        record: usize,
+        /// The tree that it names.
+        blas: u32,
+        /// Its number.
+        id: u32,
+        /// Rows of `BLAS`.
+        trees: usize,
+        /// Records of `INST`.
+        instances: usize,
+    },
+    /// An instance flattens its mesh.
     #[error("Cannot take the scene from the file: the matrix of instance record {record} has no inverse.")]
-    Singular { record: usize },
+    Singular {
+        /// Record of `INST`.
+        record: usize,
+    },
 }
 
 /// The triangles of a file, each once, and its instances in the order of their numbers: what brute force needs when the model is

@@ -7,8 +7,11 @@ use crate::trace::rays::Sampler;
 
 /// A file under verification and the scene that it should hold.
 pub struct Subject<'a> {
+    /// The file's records.
     pub view: View<'a>,
+    /// Brute force over the scene, with the file's matrices.
     pub oracle: Oracle<'a>,
+    /// Rays through the scene.
     pub sampler: Sampler<'a>,
     pub(super) origins: Origins,
     /// What verification runs on.
@@ -27,6 +30,7 @@ impl<'a> Subject<'a> {
         }
     }
 
+    /// What the file should hold.
     pub fn scene(&self) -> &'a Scene {
         self.oracle.scene()
     }

@@ -91,8 +91,11 @@ pub fn eyes_inside(mesh: &Mesh, count: usize, seed: u64, exec: &Executor) -> Vec
 
 /// What came of shooting at cracks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Escapes {
+    /// How many were traced.
     pub rays: u64,
+    /// How many met nothing, though the mesh is closed around their start.
     pub escaped: u64,
     /// The first that got out, and what was asked.
     pub first: Option<(Ray, Query)>,

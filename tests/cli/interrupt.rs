@@ -1,4 +1,4 @@
-//! Signals: 130, at once, and nothing half done.
+//! Signals: 130, and nothing half done.
 #![cfg(unix)]
 
 use crate::{Place, strip};
@@ -25,7 +25,8 @@ fn an_interrupted_build_ends_with_130_and_leaves_nothing() {
     for (name, delay) in [("INT", 100), ("TERM", 100), ("INT", 600)] {
         let (code, took) = interrupted(&place, name, delay);
         assert_eq!(code, 130, "{name} after {delay} ms");
-        assert!(took < Duration::from_secs(5), "{took:?}");
+        // A guard against builds that do not listen, not a speed.
+        assert!(took < Duration::from_secs(30), "{took:?}");
         assert_eq!(place.names(), ["big.obj"]);
     }
 }

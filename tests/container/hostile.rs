@@ -91,7 +91,8 @@ fn a_ray_through_damaged_records_ends() {
         }
     }
     assert!(answers > 1000 && malformed > 1000, "{answers} answers, {malformed} malformed");
-    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
+    // A guard against walks without end, not a speed.
+    assert!(start.elapsed().as_secs() < 600, "{:?}", start.elapsed());
 }
 
 /// Leaves may overlap in such a file. If each were followed, 8 KiB of nodes would stand for 255 times its triangles.

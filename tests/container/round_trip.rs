@@ -118,8 +118,8 @@ fn bytes_do_not_depend_on_threads() {
 }
 
 #[test]
-#[ignore = "long: writes 400 MB and measures opening"]
-fn long_quick_opening_of_400_mb_takes_under_5_ms() {
+#[ignore = "long: writes 400 MB and opens it"]
+fn long_quick_opening_does_not_read_the_400_mb_that_it_opens() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("large.bvhc");
     let mut image = one_triangle();
@@ -138,6 +138,7 @@ fn long_quick_opening_of_400_mb_takes_under_5_ms() {
     times.sort();
     let start = std::time::Instant::now();
     Cache::open(&path).unwrap();
-    println!("{size} bytes: quick {:?} (median of 20), hash {:?}", times[10], start.elapsed());
-    assert!(times[10].as_millis() < 5, "{times:?}");
+    let hashed = start.elapsed();
+    println!("{size} bytes: quick {:?} (median of 20), hash {hashed:?}", times[10]);
+    assert!(20 * times[10] < hashed, "{times:?}, {hashed:?} with hashes");
 }

@@ -30,6 +30,8 @@
 //!
 //! Each imports only from those before it: [`exec`] and [`random`], [`simd`], [`geom`], [`layout`], [`quality`], [`cache`], [`trace`].
 
+#![warn(missing_docs)]
+
 pub mod cache;
 pub mod exec;
 pub mod geom;

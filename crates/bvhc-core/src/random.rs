@@ -8,11 +8,13 @@ use crate::geom::vector::dot;
 pub struct Random(u64);
 
 impl Random {
+    /// Any seed is as good as any other; equal seeds give equal numbers on every machine.
     #[inline]
     pub fn new(seed: u64) -> Random {
         Random(seed)
     }
 
+    /// The next 64 bits, uniform.
     #[inline]
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);

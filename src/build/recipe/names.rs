@@ -14,6 +14,7 @@ pub trait Named: Copy + PartialEq + 'static {
     /// Every value with its name, in the order in which help lists them.
     fn names() -> Vec<(Self, &'static str)>;
 
+    /// The value's name. `?` for a value that [`Named::names`] leaves out, which is none of this crate's.
     fn name(self) -> &'static str {
         Self::names().into_iter().find(|(value, _)| *value == self).map_or("?", |(_, name)| name)
     }

@@ -3,11 +3,12 @@
 use super::table::OPTIONS;
 use crate::build::error::BuildError;
 
+pub use super::table::BuildOptions;
 pub(in crate::build) use super::table::MAX_RADIUS;
-pub use super::table::{BuildOptions, MAX_ADAPT};
 
 /// How trees are built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Method {
     /// Object splits only, binned SAH (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007).
     Binned,
@@ -31,7 +32,9 @@ pub enum Method {
 
 /// Which axes object bins are tried on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Axes {
+    /// The best plane of all three axes.
     All,
     /// Only the longest axis of the centroid box: Wald's original, kept because its failure on architecture is a
     /// lesson.
@@ -40,6 +43,7 @@ pub enum Axes {
 
 /// How a reference is cut at a spatial split plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Clip {
     /// Cut only the reference's box: quicker, looser.
     Box,
@@ -49,20 +53,27 @@ pub enum Clip {
 
 /// One tree over everything, or one per mesh and one over the instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Levels {
     /// Two levels when some mesh stands in several places, one otherwise.
     Auto,
     /// Bake every instance into one tree.
     One,
+    /// Even where every mesh stands in one place.
     Two,
 }
 
 /// A method and a value for every option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Preset {
+    /// The search `auto`: quick where measured rays say that more would not pay. The default.
     Auto,
+    /// `binned`, for trees that are thrown away soon.
     Draft,
+    /// `sbvh`: spatial splits, without a search.
     Balanced,
+    /// `best`: the longest search.
     Best,
 }
 
@@ -77,7 +88,7 @@ impl BuildOptions {
     ///
     /// # Errors
     /// [`BuildError::Option`] with the first option whose value is out of its range.
-    pub fn validate(&self) -> Result<(), BuildError> {
+    pub(crate) fn validate(&self) -> Result<(), BuildError> {
         match OPTIONS.iter().find(|row| !row.is_valid(self)) {
             Some(row) => Err(row.refusal(row.value(self))),
             None => Ok(()),
@@ -87,6 +98,7 @@ impl BuildOptions {
 
 #[cfg(test)]
 mod tests {
+    use super::super::table::MAX_ADAPT;
     use super::*;
 
     #[test]

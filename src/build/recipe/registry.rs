@@ -5,7 +5,9 @@ use super::options::{Method, Preset};
 
 /// What there is to say about a method.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct MethodInfo {
+    /// The method that the row is about.
     pub method: Method,
     /// What users type and files name.
     pub name: &'static str,
@@ -16,6 +18,7 @@ pub struct MethodInfo {
     pub summary: &'static str,
 }
 
+/// Every method, in the order in which `--help` lists them.
 pub const METHODS: &[MethodInfo] = &[
     MethodInfo {
         method: Method::Binned,
@@ -63,14 +66,17 @@ pub const METHODS: &[MethodInfo] = &[
 
 /// What a preset starts from. The values of its options stand in the table of options.
 #[derive(Clone, Copy, Debug)]
-pub struct PresetInfo {
+pub(crate) struct PresetInfo {
+    /// The preset that the row is about.
     pub preset: Preset,
     /// What users type.
     pub name: &'static str,
+    /// The method that it builds by, unless another is named.
     pub method: Method,
 }
 
-pub const PRESETS: &[PresetInfo] = &[
+/// Every preset, in the order in which `--help` lists them.
+pub(crate) const PRESETS: &[PresetInfo] = &[
     PresetInfo { preset: Preset::Auto, name: "auto", method: Method::Auto },
     PresetInfo { preset: Preset::Draft, name: "draft", method: Method::Binned },
     PresetInfo { preset: Preset::Balanced, name: "balanced", method: Method::Sbvh },
@@ -78,13 +84,15 @@ pub const PRESETS: &[PresetInfo] = &[
 ];
 
 impl Preset {
-    pub fn info(self) -> &'static PresetInfo {
+    /// The preset's row.
+    pub(crate) fn info(self) -> &'static PresetInfo {
         // A test proves that every preset has its row.
         PRESETS.iter().find(|row| row.preset == self).unwrap_or(&PRESETS[0])
     }
 }
 
 impl Method {
+    /// The method's row of [`METHODS`].
     pub fn info(self) -> &'static MethodInfo {
         // A test proves that every method has its row.
         METHODS.iter().find(|row| row.method == self).unwrap_or(&METHODS[0])

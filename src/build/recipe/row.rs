@@ -12,9 +12,11 @@ pub struct OptionInfo {
     pub name: &'static str,
     /// Stands for the value in help, such as `N`.
     pub placeholder: &'static str,
+    /// What values it takes.
     pub kind: Kind,
-    pub readers: Readers,
-    pub key: InKey,
+    pub(crate) readers: Readers,
+    pub(crate) key: InKey,
+    /// Whether it has a flag of its own.
     pub spelling: Spelling,
     /// One line without a full stop.
     pub help: &'static str,
@@ -28,8 +30,11 @@ pub struct OptionInfo {
 
 /// The values that an option takes. Ranges include their ends.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum Kind {
+    /// A whole number from the first to the second.
     Count(u32, u32),
+    /// A number from the first to the second; NaN is none.
     Real(f32, f32),
     /// `true` or `false`.
     Switch,
@@ -39,16 +44,19 @@ pub enum Kind {
 
 /// The methods whose trees depend on an option.
 #[derive(Clone, Copy, Debug)]
-pub enum Readers {
+pub(crate) enum Readers {
+    /// All of [`METHODS`].
     Every,
     /// Every method that is no search: what cuts before a build or improves its tree, which a search decides about itself.
     AllButSearches,
+    /// These.
     Only(&'static [Method]),
 }
 
 /// When the build key and META name an option that the method reads. What does not change the output is no option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InKey {
+pub(crate) enum InKey {
+    /// Wherever the method reads it.
     Always,
     /// Not where its value is 0 or false. A recipe without the step stays what it was before there was such a step.
     UnlessOff,
@@ -56,6 +64,7 @@ pub enum InKey {
 
 /// How the command line spells an option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Spelling {
     /// `--name value`, and `-O name=value` as well.
     Flag,
@@ -64,6 +73,7 @@ pub enum Spelling {
 }
 
 impl OptionInfo {
+    /// Whether trees of this method depend on the option.
     pub fn is_read_by(&self, method: Method) -> bool {
         match self.readers {
             Readers::Every => true,
@@ -73,7 +83,7 @@ impl OptionInfo {
     }
 
     /// The names of the methods that read it, in the order of [`METHODS`].
-    pub fn reader_names(&self) -> Vec<&'static str> {
+    pub(crate) fn reader_names(&self) -> Vec<&'static str> {
         METHODS.iter().filter(|row| self.is_read_by(row.method)).map(|row| row.name).collect()
     }
 

@@ -26,6 +26,7 @@ impl Setting {
         }
     }
 
+    /// The row of the option that is set.
     pub fn option(&self) -> &'static OptionInfo {
         self.option
     }

@@ -30,6 +30,7 @@ pub struct Chart {
     pub title: String,
     /// Below everything, a line each.
     pub notes: Vec<String>,
+    /// From left to right, row by row.
     pub panels: Vec<Panel>,
     /// Panels in a row, at least 1.
     pub columns: usize,
@@ -40,9 +41,13 @@ pub struct Chart {
 /// One scene.
 #[derive(Clone, Debug)]
 pub struct Panel {
+    /// Above the panel.
     pub title: String,
+    /// Increases to the right.
     pub x: Axis,
+    /// Increases upward.
     pub y: Axis,
+    /// Drawn in this order, later ones on top.
     pub series: Vec<Series>,
     /// Join the points that no other point beats in both quantities.
     pub front: bool,
@@ -55,26 +60,37 @@ pub struct Series {
     pub name: String,
     /// Place in the palette, which has [`COLOURS`] and then starts again.
     pub colour: usize,
+    /// In any order; those that an axis cannot show are left out.
     pub points: Vec<Point>,
     /// Join the points in the order of their x.
     pub connected: bool,
 }
 
+/// A marker with its label.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
+    /// In the unit of the panel's [`Panel::x`].
     pub x: f64,
+    /// In the unit of the panel's [`Panel::y`].
     pub y: f64,
+    /// Its shape; the series gives the colour.
     pub marker: Marker,
     /// Beside the marker; may be empty.
     pub label: String,
 }
 
+/// Shapes that are told apart in print, without colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Marker {
+    /// Round and filled.
     #[default]
     Disc,
+    /// Pointing upward.
     Triangle,
+    /// Upright.
     Square,
+    /// Two strokes.
     Cross,
 }
 
@@ -86,16 +102,19 @@ const PALETTE: [(u8, u8, u8); 7] =
 pub const COLOURS: usize = PALETTE.len();
 
 impl Panel {
+    /// A panel without points.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Panel {
         Panel { title: title.into(), x, y, series: Vec::new(), front: false }
     }
 
+    /// With another series on top of those that it has.
     #[must_use]
     pub fn with(mut self, series: Series) -> Panel {
         self.series.push(series);
         self
     }
 
+    /// See [`Panel::front`].
     #[must_use]
     pub fn with_front(self) -> Panel {
         Panel { front: true, ..self }
@@ -108,10 +127,12 @@ impl Panel {
 }
 
 impl Series {
+    /// A series whose points are not joined; `colour` wraps around at [`COLOURS`].
     pub fn new(name: impl Into<String>, colour: usize, points: Vec<Point>) -> Series {
         Series { name: name.into(), colour, points, connected: false }
     }
 
+    /// See [`Series::connected`](Series#structfield.connected).
     #[must_use]
     pub fn connected(self) -> Series {
         Series { connected: true, ..self }
@@ -119,15 +140,18 @@ impl Series {
 }
 
 impl Point {
+    /// A disc without a label.
     pub fn new(x: f64, y: f64) -> Point {
         Point { x, y, marker: Marker::Disc, label: String::new() }
     }
 
+    /// With a text beside the marker.
     #[must_use]
     pub fn named(self, label: impl Into<String>) -> Point {
         Point { label: label.into(), ..self }
     }
 
+    /// With another shape.
     #[must_use]
     pub fn marked(self, marker: Marker) -> Point {
         Point { marker, ..self }

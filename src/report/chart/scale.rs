@@ -2,6 +2,7 @@
 
 /// How values are spaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Scale {
     /// From zero.
     Linear,
@@ -23,27 +24,34 @@ impl Scale {
     }
 }
 
+/// What a panel's values are along one side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
+    /// The quantity and its unit.
     pub label: String,
+    /// How values are spaced along it.
     pub scale: Scale,
     /// For the front.
     pub higher_is_better: bool,
 }
 
 impl Axis {
+    /// [`Scale::Linear`], higher values better.
     pub fn linear(label: impl Into<String>) -> Axis {
         Axis { label: label.into(), scale: Scale::Linear, higher_is_better: true }
     }
 
+    /// [`Scale::Logarithmic`], higher values better.
     pub fn logarithmic(label: impl Into<String>) -> Axis {
         Axis { scale: Scale::Logarithmic, ..Axis::linear(label) }
     }
 
+    /// [`Scale::LogarithmicOrZero`], higher values better.
     pub fn logarithmic_or_zero(label: impl Into<String>) -> Axis {
         Axis { scale: Scale::LogarithmicOrZero, ..Axis::linear(label) }
     }
 
+    /// The same axis, on which the front looks for low values.
     #[must_use]
     pub fn lower_is_better(self) -> Axis {
         Axis { higher_is_better: false, ..self }

@@ -28,6 +28,7 @@ pub enum Treatment {
 pub struct Extension {
     /// The extension's name; with a `*` at its end, every name that begins so.
     pub name: &'static str,
+    /// What reading does with a file that has it.
     pub treatment: Treatment,
     /// Why, as a phrase.
     pub why: &'static str,

@@ -26,7 +26,8 @@ mod skin;
 mod vertices;
 mod whole;
 
-pub use extensions::{EXTENSIONS, Extension, Treatment, extension};
+#[cfg(any(feature = "cli", test))]
+pub use extensions::{EXTENSIONS, Treatment};
 
 use super::source::Source;
 use super::{Instance, Scene, SceneError};

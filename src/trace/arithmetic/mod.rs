@@ -19,6 +19,7 @@ use watertight::Watertight;
 /// How a triangle is tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum TriangleArithmetic {
     /// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997, in `f32`, with the absolute bound of 10⁻⁶ on
     /// the determinant that the paper's listing has.
@@ -34,6 +35,7 @@ pub enum TriangleArithmetic {
 /// How a box is tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum BoxArithmetic {
     /// Slabs as `f32` computes them.
     Plain,
@@ -46,11 +48,14 @@ pub enum BoxArithmetic {
 /// A triangle test and a box test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 pub struct Arithmetic {
+    /// How a triangle is decided.
     pub triangles: TriangleArithmetic,
+    /// How a box is decided.
     pub boxes: BoxArithmetic,
 }
 
 impl TriangleArithmetic {
+    /// The cheapest first.
     pub const ALL: [TriangleArithmetic; 4] = [
         TriangleArithmetic::MollerTrumboreEpsilon,
         TriangleArithmetic::MollerTrumbore,
@@ -70,6 +75,7 @@ impl TriangleArithmetic {
 }
 
 impl BoxArithmetic {
+    /// The cheapest first.
     pub const ALL: [BoxArithmetic; 3] = [BoxArithmetic::Plain, BoxArithmetic::TwoUlps, BoxArithmetic::Conservative];
 
     /// As tables and charts have it.
@@ -100,7 +106,7 @@ pub fn closest_hit_by(arithmetic: Arithmetic, view: &View<'_>, ray: &Ray) -> Res
 }
 
 /// What [`closest_hit_by`] visits.
-pub fn visits_by(arithmetic: Arithmetic, view: &View<'_>, ray: &Ray) -> Result<Counters, Malformed> {
+pub(crate) fn visits_by(arithmetic: Arithmetic, view: &View<'_>, ray: &Ray) -> Result<Counters, Malformed> {
     let mut counters = Counters::default();
     by_triangles(arithmetic, view, ray, &mut counters)?;
     Ok(counters)
@@ -138,7 +144,7 @@ fn by_boxes<T: TriangleTest, O: Observer>(
 
 /// Whether the ray crosses a hit's triangle, as the file has it, between `t_min` and `t_max`, whatever lies before it: tells a hit that is
 /// not the nearest from one on nothing. `instance` is the record of the hit's instance. By our arithmetic.
-pub fn is_real(view: &View<'_>, ray: &Ray, hit: &Hit, instance: Option<&InstanceRecord>) -> bool {
+pub(crate) fn is_real(view: &View<'_>, ray: &Ray, hit: &Hit, instance: Option<&InstanceRecord>) -> bool {
     let Some(triangle) = view.triangles.get(hit.triangle) else { return false };
     let (mut origin, mut direction) = (ray.origin.map(f64::from), ray.direction.map(f64::from));
     if let Some(record) = instance {

@@ -8,7 +8,7 @@
 //! 1. `f64` with a margin (`probe`): the *slack* is how far, at most, the ray that traversal follows lies from the true one where they
 //!    pass a triangle. A ray that keeps more than the slack away from all edges, and whose distance is in range by more than it may be off, is
 //!    certain: every correct traversal in `f64` must come to the same end. That settles nearly all.
-//! 2. Whole numbers ([`exact`](super::exact)), where the ray and the triangle are known exactly: for instances at the identity, as in every one-level
+//! 2. Whole numbers (`exact`), where the ray and the triangle are known exactly: for instances at the identity, as in every one-level
 //!    file of its own list, and for others with the matrix or the moved vertices that the file holds ([`Oracle::of_file`]). Hit or miss is then decided as geometry has it, edges and
 //!    corners included, and `t_min ≤ t ≤ t_max` too; such hits and misses are [`Bare`](Standing::BareHit): a traversal that
 //!    computes in `f64` may be off here, within the bound that `probe` states, and verdicts say so.
@@ -70,19 +70,24 @@ pub enum Order {
 /// A triangle that the ray meets, or may be found to meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
+    /// The triangle.
     pub source: Source,
+    /// How certain it is that the ray meets it.
     pub standing: Standing,
+    /// Where the hit stands among those of the ray.
     pub order: Order,
     /// The distance, as well as `f64` knows it.
     pub t: f64,
     /// What a traversal in `f64` may compute for `t` lies between these.
     pub nearest: f64,
+    /// The upper end of that interval.
     pub farthest: f64,
 }
 
 /// What brute force says of a ray: all candidates that a closest-hit traversal might return, the first hit first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answer {
+    /// Every triangle that the ray does not certainly miss within its range; empty where nothing can be hit.
     pub candidates: Vec<Candidate>,
 }
 
@@ -177,6 +182,7 @@ impl<'a> Oracle<'a> {
         oracle
     }
 
+    /// The scene that the oracle was made for.
     pub fn scene(&self) -> &'a Scene {
         self.scene
     }
@@ -192,7 +198,7 @@ impl<'a> Oracle<'a> {
     }
 
     /// [`Oracle::trace`], and how many boxes and triangles it looked at: the same on every machine.
-    pub fn trace_counted(&self, ray: &Ray) -> (Answer, u64) {
+    pub(crate) fn trace_counted(&self, ray: &Ray) -> (Answer, u64) {
         let usable = ray.origin.iter().chain(&ray.direction).all(|v| v.is_finite())
             && ray.direction.iter().any(|d| *d != 0.0)
             && ray.t_min <= ray.t_max;

@@ -23,9 +23,11 @@ use num_bigint::BigInt;
 pub struct Meeting {
     /// The distance in lengths of the direction; negative behind the origin.
     pub t: Ratio,
-    /// Weights of the second, the third and the first corner; zero on the edge across.
+    /// Weight of the second corner; zero on the edge across.
     pub u: Ratio,
+    /// Weight of the third corner.
     pub v: Ratio,
+    /// Weight of the first corner. The three add up to 1.
     pub w: Ratio,
 }
 

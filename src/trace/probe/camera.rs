@@ -9,9 +9,13 @@ use crate::tree::Node;
 /// Where the camera rays come from: a pinhole that sees `tan_half` to each side of its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
+    /// Where all its rays start.
     pub eye: [f64; 3],
+    /// A point on the axis; not the eye.
     pub look_at: [f64; 3],
+    /// What is up in the picture; of any length, not along the axis.
     pub up: [f64; 3],
+    /// Tangent of half the angle of view, the same across and upward.
     pub tan_half: f64,
 }
 

@@ -20,7 +20,9 @@ const TRIANGLES: u64 = 96;
 /// A scene of whole numbers and rays through it.
 #[derive(Clone, Debug)]
 pub struct GridScene {
+    /// Small whole coordinates; instances are moved by whole numbers.
     pub scene: Scene,
+    /// From whole origins in whole directions.
     pub rays: Vec<Ray>,
 }
 

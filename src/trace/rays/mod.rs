@@ -10,5 +10,6 @@ mod sampler;
 mod sets;
 
 pub use pinhole::camera;
-pub use sampler::{Sampler, cosine_ray};
+pub use sampler::Sampler;
+pub(crate) use sampler::cosine_ray;
 pub use sets::RaySet;

@@ -3,19 +3,33 @@
 /// The numbers are part of a set's seed and never change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum RaySet {
+    /// Chords between two random points of a sphere around the scene.
     Uniform = 0,
+    /// Along an axis, with zeros of both signs.
     Axis = 1,
+    /// At a vertex, half of them exactly.
     Vertices = 2,
+    /// At an edge, half of them exactly at its middle.
     Edges = 3,
+    /// From a point of a triangle, cosine-weighted, starting on the surface itself.
     Surface = 4,
+    /// The same, with `t_min` as renderers choose it.
     Bounce = 5,
+    /// The same, ending at a tenth of the diagonal.
     Shadow = 6,
+    /// Through the pixels of eight pinhole cameras.
     Camera = 7,
+    /// Inside an axis-aligned plane through a vertex.
     Planes = 8,
+    /// From deep inside, some of them short.
     Nested = 9,
+    /// From up to 10⁷ diagonals away.
     Far = 10,
+    /// From points of a lattice in directions of small whole numbers.
     Grid = 11,
+    /// At a point inside a triangle, which [`Sampler::targets`](super::Sampler::targets) names.
     Triangles = 12,
 }
 
@@ -37,6 +51,7 @@ impl RaySet {
         RaySet::Grid,
     ];
 
+    /// What `--rays-from` takes.
     pub const fn name(self) -> &'static str {
         match self {
             RaySet::Camera => "camera",

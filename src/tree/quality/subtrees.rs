@@ -61,10 +61,12 @@ impl<'a> Subtrees<'a> {
         out
     }
 
+    /// The tree's records, as given.
     pub fn nodes(&self) -> &'a [Node] {
         self.nodes
     }
 
+    /// How many triangles the tree is over, as given.
     pub fn triangles(&self) -> usize {
         self.starts.len() - 1
     }

@@ -12,7 +12,9 @@ use serde::ser::{Serialize, SerializeStruct, Serializer};
 /// Wrong answers among so many. Ties are right, and so is either answer where what the best `f64` arithmetic can be off decides, or rounding an instance's
 /// matrix ([`brute`](crate::trace::brute) states the bounds).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Errors {
+    /// How many were judged.
     pub rays: u64,
     /// Nothing, where something is certainly hit.
     pub missed: u64,
@@ -23,6 +25,7 @@ pub struct Errors {
 }
 
 impl Errors {
+    /// Of all three kinds.
     pub fn wrong(&self) -> u64 {
         self.missed + self.farther + self.false_hits
     }
@@ -54,6 +57,7 @@ impl Distance {
         self.ulps.get(self.ulps.len() / 2).copied().unwrap_or(0.0).into()
     }
 
+    /// 0 without hits.
     pub fn max(&self) -> f64 {
         self.ulps.last().copied().unwrap_or(0.0).into()
     }

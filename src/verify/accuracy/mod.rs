@@ -25,6 +25,7 @@ pub use judge::{Distance, Errors};
 pub struct Measure {
     /// Rays that the oracle judges, over all sets, unless its work ends sooner.
     pub rays: u64,
+    /// Of the rays; equal seeds give equal rays on every machine.
     pub seed: u64,
     /// What the oracle may spend, in rays × triangles.
     pub oracle_work: u64,
@@ -57,13 +58,17 @@ const LEAST: u64 = 64;
 
 /// What came out for one file, or for several together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Report {
     /// Of the scene, instances counted.
     pub triangles: u64,
     /// Rays that the oracle judged.
     pub fair_rays: u64,
+    /// Of the hard sets likewise.
     pub hard_rays: u64,
+    /// Fair rays that were timed.
     pub timed_rays: u64,
+    /// How often each arithmetic traced them.
     pub rounds: u32,
     /// In the order of [`Arithmetic::all`].
     pub rows: Vec<Row>,
@@ -71,10 +76,14 @@ pub struct Report {
 
 /// One arithmetic.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Row {
+    /// Which one.
     #[serde(flatten)]
     pub arithmetic: Arithmetic,
+    /// Wrong answers among the fair rays.
     pub fair: Errors,
+    /// Wrong answers among the hard rays.
     pub hard: Errors,
     /// Of the right hits of fair rays.
     pub distance: Distance,
@@ -82,7 +91,9 @@ pub struct Row {
     pub hard_distance: Distance,
     /// Median over rounds, one thread, millions.
     pub mrays_per_second: f64,
+    /// Of the timed rays; an inner node is two box tests.
     pub inner_nodes_per_ray: f64,
+    /// Triangle tests of the timed rays.
     pub triangles_per_ray: f64,
 }
 
@@ -103,8 +114,10 @@ impl Report {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AccuracyError {
+    /// The tree cannot be walked.
     #[error(transparent)]
     Malformed(#[from] Malformed),
+    /// [`Progress::is_cancelled`] said so.
     #[error("Interrupted.")]
     Cancelled,
 }

@@ -21,6 +21,7 @@ use way::{Way, first_narrow, first_without, leaves_at, ways_to};
 
 /// A record and what is wrong with it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Blame {
     /// Four letters, as in the file.
     pub section: &'static str,
@@ -30,6 +31,7 @@ pub struct Blame {
     pub tree: Option<u32>,
     /// How deep the node lies in its tree.
     pub depth: Option<u32>,
+    /// A phrase that says what the record should be.
     pub why: String,
 }
 

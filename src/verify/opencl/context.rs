@@ -15,12 +15,12 @@ pub struct Options {
     /// Copy the file to the device although it could be read in place.
     pub copy: bool,
     /// Compile the kernels with a mistake in them: for tests that verification finds it.
-    #[doc(hidden)]
+    #[cfg(feature = "testing")]
     pub fault: Option<Fault>,
 }
 
 /// A mistake to plant.
-#[doc(hidden)]
+#[cfg(feature = "testing")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// Where the ray meets both children, the far one is forgotten.
@@ -80,6 +80,7 @@ impl Context {
         probe(&self.handle, &self.queue, self.id, &program).map_err(|status| failed(&self.info.summary(), status))
     }
 
+    /// The device that was opened.
     pub fn info(&self) -> &DeviceInfo {
         &self.info
     }
@@ -97,11 +98,14 @@ impl Context {
     }
 
     fn compile(&self, parts: Parts) -> Result<Program, DeviceError> {
+        #[cfg(feature = "testing")]
         let fault = match self.options.fault {
             None => "",
             Some(Fault::DroppedChild) => " -D DROPPED_CHILD",
             Some(Fault::WrongOctant) => " -D WRONG_OCTANT",
         };
+        #[cfg(not(feature = "testing"))]
+        let fault = "";
         let Parts { count, node_shift, triangle_shift } = parts;
         let options = format!(" -D PARTS={count} -D NODE_SHIFT={node_shift} -D TRIS_SHIFT={triangle_shift}{fault}");
         self.compile_text(&[TRIANGLE, TRAVERSE, BRUTE].join("\n"), &options)

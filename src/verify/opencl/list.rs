@@ -7,22 +7,33 @@ use std::sync::{Mutex, PoisonError};
 /// What a device is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum DeviceKind {
+    /// `CL_DEVICE_TYPE_CPU`.
     Cpu,
+    /// `CL_DEVICE_TYPE_GPU`.
     Gpu,
+    /// `CL_DEVICE_TYPE_ACCELERATOR`.
     Accelerator,
+    /// Any other type, custom devices among them.
     Other,
 }
 
 /// An OpenCL device, as `--list-devices` shows it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct DeviceInfo {
     /// `N` of `opencl:N`: the place in [`list_devices`], which goes platform by platform.
     pub index: usize,
+    /// What the driver says that it is.
     pub kind: DeviceKind,
+    /// `CL_DEVICE_NAME`.
     pub name: String,
+    /// `CL_DEVICE_VENDOR`.
     pub vendor: String,
+    /// `CL_PLATFORM_NAME` of its driver.
     pub platform: String,
+    /// `CL_DRIVER_VERSION`.
     pub driver_version: String,
     /// Such as `OpenCL 3.0 …`.
     pub opencl_version: String,

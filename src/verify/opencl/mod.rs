@@ -14,6 +14,8 @@ mod scene;
 mod status;
 mod trace;
 
-pub use context::{Context, Fault, Options};
+#[cfg(feature = "testing")]
+pub use context::Fault;
+pub use context::{Context, Options};
 pub use list::{DeviceInfo, DeviceKind, list_devices, preferred};
 pub use trace::OpenCl;

@@ -20,8 +20,10 @@ use std::time::Instant;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VerifyError {
+    /// A device gave no answer.
     #[error(transparent)]
     Device(#[from] DeviceError),
+    /// The progress said so.
     #[error("Interrupted.")]
     Cancelled,
 }

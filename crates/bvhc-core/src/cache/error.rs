@@ -132,15 +132,23 @@ impl CacheError {
 /// A broken rule before it is known which file broke it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
+    /// Number of the broken rule, such as `E0119`.
     pub rule: &'static str,
+    /// What was expected and what was found, without the file's name.
     pub detail: String,
+    /// Which [`CacheError`] it becomes.
     pub class: FaultClass,
 }
 
+/// What a [`Fault`] says about the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FaultClass {
+    /// The bytes break the format.
     Invalid,
+    /// The file may be sound, for a later version or another build of this library.
     Unsupported,
+    /// The file may be sound, but decoding it would exceed [`OpenOptions::max_memory`](super::OpenOptions::max_memory).
     MemoryLimit,
 }
 
@@ -152,10 +160,12 @@ impl fmt::Display for Fault {
 }
 
 impl Fault {
+    /// A breach that makes the file invalid, in the caller's words.
     pub fn invalid(rule: &'static str, detail: impl Into<String>) -> Fault {
         Fault { rule, detail: detail.into(), class: FaultClass::Invalid }
     }
 
+    /// Something that this version or build does not know, in the caller's words.
     pub fn unsupported(rule: &'static str, detail: impl Into<String>) -> Fault {
         Fault { rule, detail: detail.into(), class: FaultClass::Unsupported }
     }
@@ -168,11 +178,13 @@ impl Fault {
         Fault { rule: rule.id, detail, class }
     }
 
+    /// Decoded sections would take `needed` bytes, more than `limit`: rule E0127.
     pub fn memory(needed: u128, limit: u64) -> Fault {
         let detail = format!("its sections take {needed} bytes of memory and the limit is {limit} bytes");
         Fault { rule: "E0127", detail, class: FaultClass::MemoryLimit }
     }
 
+    /// The error of the file called `name`.
     pub fn of(self, name: &str) -> CacheError {
         let (name, rule, detail) = (name.to_owned(), self.rule, self.detail);
         match self.class {

@@ -11,7 +11,9 @@ use crate::layout::{Header, SectionEntry, SectionKind};
 
 /// A file's header, table and provenance, held against the container's rules.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Head {
+    /// Magic, versions, length and flags are checked; counts are what the file says of itself.
     pub header: Header,
     /// The section table, unknown sections included.
     pub sections: Vec<SectionEntry>,

@@ -60,7 +60,9 @@ pub struct Recipe {
 pub struct InputHash {
     /// See `Dependency::role`.
     pub role: u32,
+    /// Bytes of the whole file.
     pub len: u64,
+    /// BLAKE3 of the whole file.
     pub blake3: [u8; 32],
 }
 

@@ -18,6 +18,7 @@ pub const MAX_META_LEN: usize = 1 << 20;
 pub struct Meta {
     /// Name of the writing program.
     pub tool: String,
+    /// Version of that program, such as `0.1.0`; the build key does not contain it.
     pub tool_version: String,
     /// Name of the build method.
     pub method: String,
@@ -40,7 +41,9 @@ pub struct Dependency {
     pub role: u32,
     /// Relative to the model's folder, parts separated by `/`; of the model itself the file name.
     pub name: String,
+    /// Bytes of the file when it was read.
     pub len: u64,
+    /// BLAKE3 of the file's bytes when it was read.
     pub blake3: [u8; 32],
 }
 
@@ -53,6 +56,7 @@ impl Dependency {
         self.name.starts_with('/') || behind_drive.is_some_and(|rest| rest.starts_with(['/', '\\']))
     }
 
+    /// The model itself.
     pub const MODEL: u32 = 0;
     /// A file that the model names.
     pub const BUFFER: u32 = 1;

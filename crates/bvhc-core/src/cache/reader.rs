@@ -22,6 +22,7 @@ use crate::layout::{
 
 /// How deeply a file is looked into when it is opened. Each level includes the ones before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Validation {
     /// Header, section table, tiling, `file_id`: the file is of this format, complete, and its parts are where they are said to be.
     /// Milliseconds for any size. Traversal of a damaged file then ends and touches no foreign memory, but may miss or invent hits.
@@ -37,6 +38,7 @@ pub enum Validation {
 /// How a file is opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OpenOptions {
+    /// What is checked before the file is handed out.
     pub validation: Validation,
     /// Map the file instead of reading it. A mapping is not a snapshot: whoever changes the file in place changes what is
     /// traced, and whoever shortens it ends the process (SIGBUS). This crate's writer does neither; turn mapping off for files
@@ -47,6 +49,7 @@ pub struct OpenOptions {
 }
 
 impl OpenOptions {
+    /// [`OpenOptions::max_memory`] unless another is given: 8 GiB.
     pub const DEFAULT_MAX_MEMORY: u64 = 8 << 30;
 }
 
@@ -290,6 +293,7 @@ impl<'a> Opened<'a> {
         error.map_or(Ok(()), |f| Err(Fault::invalid(f.rule.id, format!("{}: {}", f.place, f.detail))))
     }
 
+    /// The file's first 256 bytes. Not every count in it is held against the records below [`Validation::Tree`].
     pub fn header(&self) -> &Header {
         &self.container.header
     }
@@ -332,18 +336,23 @@ impl<'a> Opened<'a> {
         }
     }
 
+    /// `NODE`: the nodes of all BLASes, tree after tree; where each begins, [`BlasRecord::node_offset`] says.
     pub fn nodes(&self) -> &[Node] {
         self.records(self.places.node)
     }
 
+    /// `TRIS`: the triangles of all BLASes in leaf order; where each begins, [`BlasRecord::ref_offset`] says. With spatial splits a
+    /// triangle may stand there several times.
     pub fn triangles(&self) -> &[TriangleRecord] {
         self.records(self.places.tris)
     }
 
+    /// `GEOM`: the source parts, which [`Hit::geom`](crate::Hit::geom) and [`TriangleRecord::geom`] index.
     pub fn geoms(&self) -> &[GeomRecord] {
         self.records(self.places.geom)
     }
 
+    /// `BLAS`: one record for each tree; none in an empty scene.
     pub fn blases(&self) -> &[BlasRecord] {
         self.records(self.places.blas)
     }

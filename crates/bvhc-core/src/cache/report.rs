@@ -21,18 +21,22 @@ pub struct Place {
 }
 
 impl Place {
+    /// The file as a whole.
     pub fn file() -> Place {
         Place::default()
     }
 
+    /// A byte of the header or the table, counted from the start of the file.
     pub fn byte(offset: u64) -> Place {
         Place { offset: Some(offset), ..Place::default() }
     }
 
+    /// A section as a whole.
     pub fn section(kind: SectionKind) -> Place {
         Place { section: Some(kind), ..Place::default() }
     }
 
+    /// A record, numbered from the start of its section.
     pub fn record(kind: SectionKind, index: u64) -> Place {
         Place { section: Some(kind), index: Some(index), ..Place::default() }
     }
@@ -58,8 +62,11 @@ impl fmt::Display for Place {
 
 /// One breach of one rule.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Finding {
+    /// The rule that is broken; its severity says whether the file is invalid.
     pub rule: &'static Rule,
+    /// As exactly as the check knows it.
     pub place: Place,
     /// The rule's detail line with both values.
     pub detail: String,
@@ -112,6 +119,7 @@ struct Tally {
 }
 
 impl Report {
+    /// A report without findings, which stores at most `max_issues` of each rule.
     pub fn new(max_issues: usize) -> Report {
         Report { max_issues, ..Report::default() }
     }
@@ -126,10 +134,12 @@ impl Report {
         self.errors() == 0
     }
 
+    /// Breaches of rules whose severity is an error, stored or not.
     pub fn errors(&self) -> u64 {
         self.total(Severity::Error)
     }
 
+    /// Breaches of rules whose severity is a warning, stored or not.
     pub fn warnings(&self) -> u64 {
         self.total(Severity::Warning)
     }

@@ -4,7 +4,9 @@ use super::Point;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
+    /// The smallest coordinate on each axis.
     pub min: Point,
+    /// The largest coordinate on each axis.
     pub max: Point,
 }
 
@@ -16,17 +18,20 @@ impl Aabb {
     /// The box that contains nothing and is the neutral element of [`Aabb::union`].
     pub const EMPTY: Aabb = Aabb { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
 
+    /// The smallest box around some points; [`Aabb::EMPTY`] around none. The coordinates must be numbers.
     #[inline]
     pub fn from_points(points: &[Point]) -> Aabb {
         points.iter().fold(Aabb::EMPTY, |b, p| b.grow(*p))
     }
 
+    /// The smallest box that also contains `p`.
     #[must_use]
     #[inline]
     pub fn grow(self, p: Point) -> Aabb {
         self.union(Aabb { min: p, max: p })
     }
 
+    /// The smallest box that contains both.
     #[must_use]
     #[inline]
     pub fn union(self, other: Aabb) -> Aabb {
@@ -50,6 +55,7 @@ impl Aabb {
         out
     }
 
+    /// Whether `min > max` on some axis. A box without extent, such as that of one point, is not empty.
     #[inline]
     pub fn is_empty(&self) -> bool {
         (0..3).any(|a| self.min[a] > self.max[a])

@@ -4,10 +4,12 @@ use super::{Aabb, Point};
 /// nothing before the one rounding to `f32` when it is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Affine {
+    /// Row-major: `rows[i][..3]` is row `i` of the linear part, `rows[i][3]` what is added on axis `i`.
     pub rows: [[f64; 4]; 3],
 }
 
 impl Affine {
+    /// Moves nothing.
     pub const IDENTITY: Affine = Affine { rows: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] };
 
     /// The same map into coordinates that are measured from `origin`.
@@ -43,6 +45,8 @@ impl Affine {
         Affine { rows: [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]] }
     }
 
+    /// Of the linear part: how much volumes grow, negative where the map mirrors. In plain `f64`; the exact sign of a stored matrix is
+    /// [`orientation`](crate::layout::orientation).
     #[inline]
     pub fn determinant(&self) -> f64 {
         let [a, b, c] = &self.rows;
@@ -68,11 +72,13 @@ impl Affine {
         rows.iter().flatten().all(|v| v.is_finite()).then_some(Affine { rows })
     }
 
+    /// The image of a position.
     #[inline]
     pub fn transform_point(&self, p: [f64; 3]) -> [f64; 3] {
         self.rows.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
     }
 
+    /// The image of a direction or a difference of positions, to which the translation does not apply.
     #[inline]
     pub fn transform_vector(&self, v: [f64; 3]) -> [f64; 3] {
         self.rows.map(|r| r[0] * v[0] + r[1] * v[1] + r[2] * v[2])
@@ -94,6 +100,7 @@ impl Affine {
         out
     }
 
+    /// From the 12 floats of an `INST` record, row by row; exact.
     #[inline]
     pub fn from_f32(m: &[f32; 12]) -> Affine {
         let row = |r: usize| [0, 1, 2, 3].map(|c| f64::from(m[r * 4 + c]));

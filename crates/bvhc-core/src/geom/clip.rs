@@ -75,6 +75,7 @@ pub struct Polygon {
 }
 
 impl Polygon {
+    /// The whole triangle, uncut.
     #[inline]
     pub fn triangle(corners: &[Point; 3]) -> Polygon {
         let exact = corners.map(|c| c.map(f64::from));

@@ -7,13 +7,13 @@
 mod aabb;
 mod affine;
 pub mod clip;
-pub mod orient;
+pub(crate) mod orient;
 mod ray;
 pub mod vector;
 
 pub use aabb::Aabb;
 pub use affine::Affine;
-pub use affine::{round_down, round_up};
+pub(crate) use affine::{round_down, round_up};
 pub use ray::Ray;
 
 /// A position or direction in the scene's own unit.

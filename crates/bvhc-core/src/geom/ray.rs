@@ -4,9 +4,13 @@ use super::Point;
 /// measured in its length, so that a ray keeps its `t` when an instance transform maps it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
+    /// Where `t` is 0, in the scene's own unit.
     pub origin: Point,
+    /// Of any length but 0, which is the unit of `t`.
     pub direction: Point,
+    /// Hits before it do not count. Negative values look behind the origin.
     pub t_min: f32,
+    /// Hits behind it do not count. Infinity for a ray without end.
     pub t_max: f32,
 }
 

@@ -23,18 +23,27 @@ pub const MAX_SECTIONS: u32 = 65_536;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Header {
+    /// [`MAGIC`].
     pub magic: [u8; 8],
+    /// [`MAJOR`] of the writer.
     pub major: u16,
+    /// [`MINOR`] of the writer.
     pub minor: u16,
+    /// The smallest minor of a reader of the same major that can read the file.
     pub min_minor: u16,
     /// 256; a later minor may grow the header, and readers skip what they do not know.
     pub header_len: u16,
     /// Exact length of the file, a multiple of 64.
     pub file_len: u64,
+    /// Bits of which a reader must know every one that is set; see [`KNOWN_REQUIRED_FEATURES`].
     pub features_required: u64,
+    /// Bits that a reader may ignore. None is assigned yet.
     pub features_optional: u64,
+    /// Entries of the section table, at most [`MAX_SECTIONS`].
     pub section_count: u32,
+    /// Bytes from one entry to the next, at least [`SectionEntry::LEN`](super::SectionEntry::LEN).
     pub section_entry_len: u32,
+    /// First byte of the table in the file.
     pub section_table_off: u64,
     /// Bits of [`tree_flags`](super::tree_flags).
     pub tree_flags: u32,
@@ -53,7 +62,9 @@ pub struct Header {
     pub ref_count: u64,
     /// Live nodes: every record of `NODE` and `TNOD` but the unused record 1 of each tree.
     pub node_count: u64,
+    /// Records of `BLAS`.
     pub blas_count: u32,
+    /// Records of `INST`; 0 in a one-level file.
     pub instance_count: u32,
     /// 0: not a sequence.
     pub frame_count: u32,
@@ -61,11 +72,14 @@ pub struct Header {
     pub max_depth: u32,
     /// World bounds; all zero for an empty scene.
     pub scene_min: [f32; 3],
+    /// The far corner of those bounds.
     pub scene_max: [f32; 3],
+    /// All zero.
     pub reserved: [u8; 32],
 }
 
 impl Header {
+    /// Bytes of version 1.0's header.
     pub const LEN: usize = 256;
 
     /// World bounds; a point at the origin for an empty scene.

@@ -43,6 +43,7 @@ pub struct Names<'a> {
 }
 
 impl<'a> Names<'a> {
+    /// From the bytes of a NAMS section. Nothing is checked here: broken bytes have fewer names, or names that are `None`.
     pub fn new(bytes: &'a [u8]) -> Names<'a> {
         Names { bytes }
     }
@@ -52,6 +53,7 @@ impl<'a> Names<'a> {
         self.word(0).map_or(0, |n| n as usize)
     }
 
+    /// Whether the section states no names.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

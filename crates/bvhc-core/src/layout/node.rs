@@ -9,9 +9,13 @@ pub const MAX_DEPTH: u32 = 64;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
+    /// Near corner of the box, which contains everything below the node.
     pub min: [f32; 3],
+    /// Of an inner node its first child, which is even; of a leaf its first reference. Both count from the tree's own start.
     pub first: u32,
+    /// Far corner of the box.
     pub max: [f32; 3],
+    /// References of a leaf, 1 to 255; 0 for an inner node.
     pub count: u32,
 }
 
@@ -22,21 +26,25 @@ crate::pod::plain! {
 }
 
 impl Node {
+    /// A leaf over references `first .. first + count`; a `count` of 0 would make it an inner node.
     #[inline]
     pub fn leaf(bounds: Aabb, first: u32, count: u32) -> Node {
         Node { min: bounds.min, first, max: bounds.max, count }
     }
 
+    /// An inner node whose children are records `first_child` and `first_child + 1`.
     #[inline]
     pub fn inner(bounds: Aabb, first_child: u32) -> Node {
         Node { min: bounds.min, first: first_child, max: bounds.max, count: 0 }
     }
 
+    /// Whether the node has references and no children.
     #[inline]
     pub fn is_leaf(&self) -> bool {
         self.count != 0
     }
 
+    /// The box of everything below the node.
     #[inline]
     pub fn bounds(&self) -> Aabb {
         Aabb { min: self.min, max: self.max }

@@ -6,20 +6,25 @@ use crate::geom::orient::orient3d;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleRecord {
+    /// First corner, in the space of the BLAS.
     pub v0: [f32; 3],
     /// Number of the triangle in its source mesh (before anything was dropped). `prim - GEOM.first_prim` is its number in the part.
     pub prim: u32,
+    /// Second corner, which [`Hit::u`](crate::Hit::u) is the weight of.
     pub v1: [f32; 3],
     /// Row of `GEOM`.
     pub geom: u32,
+    /// Third corner, which [`Hit::v`](crate::Hit::v) is the weight of.
     pub v2: [f32; 3],
     /// Bit 0: this triangle stands in more than one leaf of its BLAS. Other bits zero.
     pub flags: u32,
 }
 
 impl TriangleRecord {
+    /// The bit of [`TriangleRecord::flags`].
     pub const DUPLICATED: u32 = 1;
 
+    /// All three: counter-clockwise as seen from the front (`format-spec/SPEC.md`, section 10).
     #[inline]
     pub fn corners(&self) -> [[f32; 3]; 3] {
         [self.v0, self.v1, self.v2]
@@ -47,6 +52,7 @@ pub struct GeomRecord {
     pub prim_count: u32,
     /// Primitives of the part that are in the file, each counted once.
     pub kept_count: u32,
+    /// Zero.
     pub reserved: u32,
     /// BLAKE3 of the part's name in UTF-8; all zero for an unnamed part.
     pub name_hash: [u8; 32],
@@ -56,9 +62,11 @@ pub struct GeomRecord {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlasRecord {
+    /// Near corner of the root's box; all zero for an empty tree.
     pub min: [f32; 3],
     /// Records in `NODE`, the unused record 1 included: 0 for an empty tree, otherwise even.
     pub node_count: u32,
+    /// Far corner of the root's box.
     pub max: [f32; 3],
     /// Records in `TRIS`.
     pub ref_count: u32,
@@ -68,6 +76,7 @@ pub struct BlasRecord {
     pub ref_offset: u64,
     /// Distinct triangles; `ref_count` is larger only with `DUP_REFS`.
     pub prim_count: u32,
+    /// Depth of the tree's deepest leaf; the root has depth 0.
     pub max_depth: u32,
     /// SAH cost with C_T = 1.2 and C_I = 1.0, over the root's area; 0 for an empty or flat-point root.
     pub sah: f32,
@@ -83,6 +92,7 @@ pub struct InstanceRecord {
     pub object_to_world: [f32; 12],
     /// World to object: the inverse, computed in `f64` from the rounded `object_to_world` and rounded once.
     pub world_to_object: [f32; 12],
+    /// The BLAS that stands there.
     pub blas: u32,
     /// Index of the instance in the scene's order.
     pub id: u32,
@@ -92,10 +102,12 @@ pub struct InstanceRecord {
     pub flags: u32,
     /// Source node index.
     pub node: u32,
+    /// All zero.
     pub reserved: [u32; 3],
 }
 
 impl InstanceRecord {
+    /// The bit of [`InstanceRecord::flags`].
     pub const MIRRORED: u32 = 1;
 }
 

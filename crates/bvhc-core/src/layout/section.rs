@@ -4,6 +4,7 @@ use std::fmt;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionEntry {
+    /// What the section holds.
     pub kind: SectionKind,
     /// Tells sections of one kind apart; 0 for every kind of version 1.0.
     pub ordinal: u32,
@@ -15,6 +16,7 @@ pub struct SectionEntry {
     pub codec: u8,
     /// `offset` is a multiple of `1 << align_log2`; 6 ..= 16.
     pub align_log2: u8,
+    /// First byte in the file.
     pub offset: u64,
     /// Bytes in the file.
     pub stored_len: u64,
@@ -24,6 +26,7 @@ pub struct SectionEntry {
     pub elem_count: u64,
     /// Bytes a record, 0 for opaque content.
     pub elem_size: u32,
+    /// All zero.
     pub reserved: [u8; 12],
     /// BLAKE3 of the decoded bytes.
     pub raw_hash: [u8; 32],
@@ -32,16 +35,22 @@ pub struct SectionEntry {
 }
 
 impl SectionEntry {
+    /// Bytes of version 1.0's entry.
     pub const LEN: usize = 128;
+    /// [`SectionEntry::codec`]: the bytes are stored as they are.
     pub const RAW: u8 = 0;
+    /// [`SectionEntry::codec`]: zstd frames of 1 MiB each (`format-spec/SPEC.md`, section 8).
     pub const ZSTD: u8 = 1;
     /// Every section starts at a cache line.
     pub const MIN_ALIGN_LOG2: u8 = 6;
+    /// 64 KiB: the largest alignment that an entry may state.
     pub const MAX_ALIGN_LOG2: u8 = 16;
     /// Sections of at least [`SectionEntry::PAGE_ALIGN_FROM`] stored bytes start at a page.
     pub const PAGE_ALIGN_LOG2: u8 = 12;
+    /// 64 KiB.
     pub const PAGE_ALIGN_FROM: u64 = 64 << 10;
 
+    /// Whether a bit of [`section_flags`] is set.
     pub fn is(&self, flag: u32) -> bool {
         self.flags & flag != 0
     }
@@ -115,25 +124,32 @@ pub mod section_flags {
 }
 
 /// The fixed properties of a known kind.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KindRule {
+    /// The kind that this is about.
     pub kind: SectionKind,
+    /// The layout version that this library knows.
     pub schema: u16,
+    /// What [`SectionEntry::flags`] must be.
     pub flags: u32,
     /// Bytes a record, 0 for opaque content.
     pub elem_size: u32,
+    /// In which files the kind stands.
     pub presence: Presence,
     /// Sections of this kind have the numbers below this one: 1 for every kind of version 1.0.
     pub ordinals: u32,
 }
 
 /// When a known kind stands in a file. No kind and number stand there twice.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {
     /// In every file, with zero records if need be.
     Always,
     /// Exactly in files with the tree flag `TWO_LEVEL`.
     TwoLevel,
+    /// Wherever the writer has something to say.
     Optional,
 }
 

@@ -8,17 +8,22 @@ pub struct View<'a> {
     pub nodes: &'a [Node],
     /// All leaf-ordered triangles, tree after tree.
     pub triangles: &'a [TriangleRecord],
+    /// The source parts, which [`TriangleRecord::geom`] indexes.
     pub geoms: &'a [GeomRecord],
+    /// One record for each tree.
     pub blases: &'a [BlasRecord],
     /// Empty in a one-level file.
     pub tlas_nodes: &'a [Node],
+    /// In the order of the TLAS's leaves; empty in a one-level file.
     pub instances: &'a [InstanceRecord],
 }
 
 /// One tree of a [`View`]: indices in `nodes` count from 0 into these slices.
 #[derive(Clone, Copy, Debug)]
 pub struct BlasView<'a> {
+    /// The root first; empty for an empty tree.
     pub nodes: &'a [Node],
+    /// In leaf order: a leaf with `first` and `count` names `triangles[first .. first + count]`.
     pub triangles: &'a [TriangleRecord],
 }
 

@@ -10,18 +10,23 @@ crate::pod::plain! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct LaneBox {
+    /// Near corner in the first three lanes. What is in the fourth, no method looks at.
     pub min: Lanes,
+    /// Far corner likewise.
     pub max: Lanes,
 }
 
 impl LaneBox {
+    /// Contains nothing: the neutral element of [`LaneBox::union`].
     pub const EMPTY: LaneBox = LaneBox { min: Lanes::splat(f32::INFINITY), max: Lanes::splat(f32::NEG_INFINITY) };
 
+    /// The smallest box that contains both.
     #[inline(always)]
     pub fn union(self, other: LaneBox) -> LaneBox {
         LaneBox { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// The smallest box that also contains `p`.
     #[inline(always)]
     pub fn grow(self, p: Lanes) -> LaneBox {
         LaneBox { min: self.min.min(p), max: self.max.max(p) }
@@ -42,6 +47,7 @@ impl LaneBox {
         x.times(y).plus(y.times(z)).plus(z.times(x))
     }
 
+    /// The same box without the fourth lanes.
     #[inline(always)]
     pub fn aabb(self) -> crate::geom::Aabb {
         crate::geom::Aabb { min: self.min.point(), max: self.max.point() }

@@ -15,7 +15,7 @@ pub enum Level {
 }
 
 impl Level {
-    /// What the crate was compiled for. [`Register`](super::Register) and [`Lanes`](super::Lanes) use it without asking the processor.
+    /// What the crate was compiled for. Traversal and [`Lanes`](super::Lanes) use it without asking the processor.
     pub const BASE: Level = if cfg!(target_arch = "x86_64") {
         Level::Sse2
     } else if cfg!(target_arch = "aarch64") {

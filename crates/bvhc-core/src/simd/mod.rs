@@ -2,7 +2,7 @@
 //!
 //! `portable` says what each operation on four floats means and runs on any machine. It has two twins with the same bits, as tests prove on
 //! every pair of special values: `sse2`, which every x86-64 processor has, and `neon`, which every 64-bit Arm processor that runs programs has. The
-//! compiler takes the one of its target. Nothing multiplies and adds in one rounding, so all machines agree. [`Register`] is what traversal uses,
+//! compiler takes the one of its target. Nothing multiplies and adds in one rounding, so all machines agree. `Register` is what traversal uses,
 //! [`Lanes`] and [`LaneBox`] are what builders use.
 //!
 //! [`widest`] asks the processor for more, for the work that it pays for: `agglomerative`, whose search is plain loops over columns. AVX-512
@@ -34,7 +34,7 @@ pub use lanes::Lanes;
 #[cfg(any(test, feature = "testing"))]
 pub use level::at_most;
 pub use level::{Level, level, widest};
-pub use register::Register;
+pub(crate) use register::Register;
 
 #[cfg(target_arch = "aarch64")]
 use neon as operations;

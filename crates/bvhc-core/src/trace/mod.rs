@@ -17,7 +17,7 @@ mod traverse;
 mod visit;
 
 pub use hit::{Hit, Malformed};
-#[doc(hidden)]
+#[cfg(feature = "testing")]
 pub use observe::Fault;
 pub use observe::{Counters, NoObserver, Observer};
 pub use traverse::{FARTHEST, any_hit, closest_hit, try_any_hit, try_closest_hit};

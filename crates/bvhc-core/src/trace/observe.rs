@@ -5,7 +5,7 @@
 pub trait Observer {
     /// A mistake that traversal makes on purpose, so that tests can show that verification finds it. A constant, so that
     /// traversal without one holds no trace of it.
-    #[doc(hidden)]
+    #[cfg(feature = "testing")]
     const FAULT: Option<Fault> = None;
 
     /// An inner node was entered: the boxes of its two children are tested.
@@ -23,13 +23,13 @@ pub trait Observer {
     fn resume(&mut self, _node: u32, _near: f32, _dropped: bool) {}
     /// The ray crosses the triangle of this slot at `t`; `accepted` if that lies in range and not behind the best hit.
     fn crossing(&mut self, _slot: usize, _t: f64, _accepted: bool) {}
-    /// The walk goes into the tree of instance record `record`, and comes back.
+    /// The walk goes into the tree of instance record `record`.
     fn enter(&mut self, _record: usize) {}
+    /// The walk comes back from the tree that it [entered](Observer::enter).
     fn leave(&mut self) {}
 }
 
-/// See [`Observer::FAULT`].
-#[doc(hidden)]
+/// A mistake that traversal makes on purpose where `Observer::FAULT` names it, which only the feature `testing` has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// Which plane of a slab is entered first is read off the sign bit, so that a direction of −0 enters by the wrong one.
@@ -38,6 +38,19 @@ pub enum Fault {
     Order,
 }
 
+/// Whether traversal under this observer makes the mistake; never without the feature `testing`.
+#[inline(always)]
+pub(super) fn makes<O: Observer>(_: &O, mistake: Fault) -> bool {
+    #[cfg(feature = "testing")]
+    return O::FAULT == Some(mistake);
+    #[cfg(not(feature = "testing"))]
+    {
+        _ = mistake;
+        false
+    }
+}
+
+/// Watches nothing, at no cost.
 pub struct NoObserver;
 
 impl Observer for NoObserver {}
@@ -45,8 +58,11 @@ impl Observer for NoObserver {}
 /// Sums over any number of rays: the noise-free measure of a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
+    /// Inner nodes entered, each of which tests two boxes.
     pub inner_nodes: u64,
+    /// Triangle tests.
     pub triangles: u64,
+    /// Rays mapped into an instance.
     pub instances: u64,
 }
 

@@ -20,10 +20,13 @@ pub trait TriangleTest: Sized {
 /// A hit as a test finds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
+    /// The distance in lengths of the direction; the caller holds it against the ray's range.
     pub t: f64,
-    /// Weights of the second and the third corner, times `sum`: only a hit that counts is worth dividing for.
+    /// Weight of the second corner, times `sum`: only a hit that counts is worth dividing for.
     pub u: f64,
+    /// Weight of the third corner, times `sum`.
     pub v: f64,
+    /// What the weights are divided by; never 0.
     pub sum: f64,
 }
 

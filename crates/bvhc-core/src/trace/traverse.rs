@@ -2,7 +2,7 @@
 
 use super::hit::{Best, Hit, Malformed};
 use super::intersect::EdgeRay;
-use super::observe::{Fault, NoObserver, Observer};
+use super::observe::{Fault, NoObserver, Observer, makes};
 use super::slab::{Conservative, Rule, Slabs};
 use super::test::{Crossing, TriangleTest};
 use crate::cache::{BlasView, TriangleRecord, View};
@@ -221,7 +221,7 @@ fn walk<T, R: Rule, O: Observer>(
             }
             pairs_left -= 1;
             let (mut near, hits) = slabs.pair(pair, reach);
-            if O::FAULT == Some(Fault::Order) {
+            if makes(observer, Fault::Order) {
                 near.swap(0, 1);
             }
             observer.pair(first, near, hits);
@@ -287,14 +287,14 @@ fn walk<T, R: Rule, O: Observer>(
 /// The ray made ready for the boxes of one tree.
 #[inline(always)]
 fn slabs_for<R: Rule, O: Observer>(
-    _: &O,
+    observer: &O,
     origin: [f64; 3],
     direction: [f64; 3],
     bounds: &Aabb,
     t_min: f32,
 ) -> Slabs<R> {
     let slabs = Slabs::<R>::new(origin, direction, bounds, t_min);
-    if O::FAULT == Some(Fault::SignOfZero) { slabs.entering_by_sign(direction) } else { slabs }
+    if makes(observer, Fault::SignOfZero) { slabs.entering_by_sign(direction) } else { slabs }
 }
 
 /// Keep the compiler from turning the branch that this stands in into a choice of values. Processors guess branches and

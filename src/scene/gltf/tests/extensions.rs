@@ -1,7 +1,8 @@
 //! Extensions that a file requires: honoured, refused or passed, as the table says.
 
 use super::*;
-use crate::scene::{GLTF_EXTENSIONS, Treatment, gltf_extension};
+use crate::scene::gltf::extensions::extension as gltf_extension;
+use crate::scene::{GLTF_EXTENSIONS, Treatment};
 
 fn requiring(name: &str) -> Value {
     edited(|d| d["extensionsRequired"] = json!([name]))

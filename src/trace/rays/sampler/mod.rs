@@ -23,6 +23,7 @@ pub struct Sampler<'a> {
 const CAMERAS: u64 = 8;
 
 impl<'a> Sampler<'a> {
+    /// Looks at every triangle once, for the bounds.
     pub fn new(scene: &'a Scene) -> Sampler<'a> {
         let mut bounds = Aabb::EMPTY;
         let boxes: Vec<Aabb> = (scene.meshes.iter())
@@ -298,7 +299,7 @@ fn power_of_two_below(v: f64) -> f64 {
 
 /// A ray from `point` into the hemisphere of the unit vector `normal`, with density proportional to the cosine: the normal plus
 /// a point of the unit sphere.
-pub fn cosine_ray(point: [f64; 3], normal: [f64; 3], random: &mut Random) -> Ray {
+pub(crate) fn cosine_ray(point: [f64; 3], normal: [f64; 3], random: &mut Random) -> Ray {
     let d = random.direction();
     let direction = [0, 1, 2].map(|a| (normal[a] + d[a]) as f32);
     let direction = if direction == [0.0; 3] { normal.map(|n| n as f32) } else { direction };

@@ -346,6 +346,7 @@ impl Bits {
         ranks[word] + u64::from((self.0[word] & ((1u64 << (n % 64)) - 1)).count_ones())
     }
 
+    /// Whether `n` is in; `false` beyond the numbers that the set was made for.
     #[inline]
     pub fn get(&self, n: u64) -> bool {
         self.0.get((n / 64) as usize).is_some_and(|word| word >> (n % 64) & 1 != 0)

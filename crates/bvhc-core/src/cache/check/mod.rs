@@ -34,15 +34,19 @@ use hashes::Decoded;
 pub use super::container::hex;
 pub use super::report::{Finding, Place, Report};
 pub use content::check_records;
-pub use counts::check_rows;
+pub(super) use counts::check_rows;
 pub use identity::Bits;
 
 /// How deep to look. Each level includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
+    /// Header, section table, tiling and ids: rules `E01xx`.
     Quick,
+    /// And the hashes of all sections, compressed ones before and after decoding: rules `E02xx`.
     Hash,
+    /// And every record: counts, trees, boxes, triangles, instances. Rules `E03xx` to `E05xx`.
     Tree,
+    /// And whether the triangles are those of a model: rules `E06xx`.
     Source,
 }
 

@@ -16,6 +16,7 @@ fn known(entry: &SectionEntry) -> Option<&'static KindRule> {
     entry.kind.rule().filter(|rule| entry.ordinal < rule.ordinals)
 }
 
+/// Raw or zstd: a codec that version 1.0 assigns, whether or not this build can decode it.
 pub fn is_known_codec(codec: u8) -> bool {
     matches!(codec, SectionEntry::RAW | SectionEntry::ZSTD)
 }

@@ -29,7 +29,9 @@ pub use sink::{First, Sink};
 /// A file's header and table.
 #[derive(Debug)]
 pub struct Container {
+    /// The first 256 bytes; every rule on them holds unless the container was [collected](Container::collect).
     pub header: Header,
+    /// The section table in file order, unknown kinds included.
     pub entries: Vec<SectionEntry>,
     /// For each entry whether no rule keeps its section from being read.
     readable: Vec<bool>,

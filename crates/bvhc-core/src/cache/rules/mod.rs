@@ -34,12 +34,15 @@ pub use trees::*;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum Severity {
+    /// The file is invalid: a reader may refuse it, and what is traced in it may be wrong.
     Error,
+    /// The file is valid and can be traced, yet is not what this library's writer makes.
     Warning,
 }
 
 /// One thing that must hold of a cache file.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Rule {
     /// `E` or `W` and four digits. A number keeps its meaning for ever and is never given to another rule.
     pub id: &'static str,
