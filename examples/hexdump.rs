@@ -63,6 +63,8 @@ pub fn annotate(bytes: &[u8]) -> Result<String, Box<dyn Error>> {
             SectionKind::GEOM => &GEOM,
             SectionKind::BLAS => &BLAS,
             SectionKind::INST => &INST,
+            SectionKind::VERT => &VERT,
+            SectionKind::SIDE => &SIDE,
             _ => &[],
         };
         let (start, end) = (entry.offset as usize, (entry.offset + entry.stored_len) as usize);
@@ -139,6 +141,8 @@ const HEADER: [Field; 27] = [
     (16, "reserved"),
     (16, "reserved"),
 ];
+const VERT: [Field; 3] = [(4, "v0"), (4, "v1"), (4, "v2")];
+const SIDE: [Field; 1] = [(4, "flags")];
 const ENTRY: [Field; 14] = [
     (4, "type"),
     (4, "ordinal"),

@@ -28,6 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         instances: cache.instances().to_vec(),
         names: (0..cache.geoms().len()).map(|i| cache.names().get(i).unwrap_or_default().to_string()).collect(),
         flags: cache.header().tree_flags,
+        ..Image::default()
     };
     let planted = plant(&mut image, fault).ok_or("this file has nothing that can be broken so")?;
     let meta = cache.meta().cloned().unwrap_or_else(Meta::default);

@@ -6,8 +6,8 @@ meta:
   ks-version: 0.11
   endian: le
 doc: |
-  The .bvhc file, version 1.0, as a Kaitai Struct description. SPEC.md beside this file is the law; this description covers the
-  container (header, section table), every record type, META and NAMS, and the frame lists of compressed sections, whose
+  The .bvhc file, version 1.1, as a Kaitai Struct description. SPEC.md beside this file is the law; this description covers the
+  container (header, section table), every record type, META, NAMS and MATS, and the frame lists of compressed sections, whose
   frames it hands out undecoded. It checks the magic and the few sizes that it needs itself, not the other rules.
 doc-ref: format-spec/SPEC.md
 
@@ -34,7 +34,10 @@ enums:
     0x53414c42: blases  # BLAS
     0x444f4e54: tlas_nodes  # TNOD
     0x54534e49: instances  # INST
+    0x54524556: vertices  # VERT
+    0x45444953: sides  # SIDE
     0x534d414e: names  # NAMS
+    0x5354414d: materials  # MATS
     0x4154454d: meta  # META
   codec:
     0: raw
@@ -49,6 +52,8 @@ enums:
     6: instances
     7: names
     8: meta
+    9: vertices
+    10: sides
 
 types:
   header:
@@ -173,7 +178,9 @@ types:
           kind == kind::geoms ? layout::geoms :
           kind == kind::blases ? layout::blases :
           kind == kind::instances ? layout::instances :
-          kind == kind::names ? layout::names :
+          kind == kind::vertices ? layout::vertices :
+          kind == kind::sides ? layout::sides :
+          kind == kind::names or kind == kind::materials ? layout::names :
           kind == kind::meta ? layout::meta : layout::unknown
       body:
         io: _root._io
@@ -188,6 +195,8 @@ types:
             layout::geoms: geoms(elem_count)
             layout::blases: blases(elem_count)
             layout::instances: instance_table(elem_count)
+            layout::vertices: vertices(elem_count)
+            layout::sides: sides(elem_count)
             layout::names: names
             layout::meta: provenance
 
@@ -251,6 +260,25 @@ types:
     seq:
       - id: rows
         type: instance
+        repeat: expr
+        repeat-expr: num
+
+  vertices:
+    params:
+      - id: num
+        type: u8
+    seq:
+      - id: rows
+        type: vertex_numbers
+        repeat: expr
+        repeat-expr: num
+  sides:
+    params:
+      - id: num
+        type: u8
+    seq:
+      - id: rows
+        type: side
         repeat: expr
         repeat-expr: num
 
@@ -350,6 +378,23 @@ types:
         type: u4
       - id: reserved
         size: 12
+    instances:
+      is_mirrored:
+        value: (flags & 1) != 0
+
+  vertex_numbers:
+    doc: Which vertices of the source a triangle has, in the order of its corners.
+    seq:
+      - id: v0
+        type: u4
+      - id: v1
+        type: u4
+      - id: v2
+        type: u4
+  side:
+    seq:
+      - id: flags
+        type: u4
     instances:
       is_mirrored:
         value: (flags & 1) != 0

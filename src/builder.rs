@@ -47,6 +47,7 @@ use std::path::Path;
 pub struct Build {
     scene: Scene,
     options: BuildOptions,
+    vertices: bool,
     threads: usize,
 }
 
@@ -71,16 +72,25 @@ impl Build {
     /// As [`Scene::validate`].
     pub fn of_scene(scene: Scene) -> Result<Build, GeometryError> {
         scene.validate(&Executor::sequential())?;
-        Ok(Build { scene, ..Build::default() })
+        let vertices = has_vertices(&scene);
+        Ok(Build { scene, vertices, ..Build::default() })
     }
 
-    /// An OBJ or glTF model, read by the default policies; [`scene::read`] knows others.
+    /// An OBJ or glTF model, read by the default policies.
     ///
     /// # Errors
     /// Where the model cannot be read.
     pub fn of_model(path: impl AsRef<Path>) -> Result<Build, SceneError> {
-        let scene = scene::read(path.as_ref(), &ReadOptions::default())?;
-        Ok(Build { scene, ..Build::default() })
+        Build::of_model_with(path, &ReadOptions::default())
+    }
+
+    /// An OBJ or glTF model, read as `options` say; with [`ReadOptions::vertices`] the file has their numbers, as by [`Build::vertices`].
+    ///
+    /// # Errors
+    /// Where the model cannot be read.
+    pub fn of_model_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Build, SceneError> {
+        let scene = scene::read(path.as_ref(), options)?;
+        Ok(Build { scene, vertices: options.vertices, ..Build::default() })
     }
 
     /// Add a mesh, which no ray meets until an instance shows it. Returns its number.
@@ -127,6 +137,13 @@ impl Build {
         Build { options, ..self }
     }
 
+    /// Whether the file shall hold which vertices each triangle has: of arrays their indices into the positions, for normals and texture
+    /// coordinates at a hit ([`Opened::vertices`](cache::Opened::vertices)). A model must have been read for it:
+    /// [`Build::of_model_with`].
+    pub fn vertices(self, vertices: bool) -> Build {
+        Build { vertices, ..self }
+    }
+
     /// Threads to use; 0, the default, means one per core. The result is the same for any number.
     pub fn threads(self, threads: usize) -> Build {
         Build { threads, ..self }
@@ -135,7 +152,8 @@ impl Build {
     /// Build.
     ///
     /// # Errors
-    /// Where an option is out of its range, the scene is too large, or no threads can be started.
+    /// Where an option is out of its range, the scene is too large, no threads can be started, or vertices are asked for of a model that was
+    /// read without them.
     pub fn run(self) -> Result<Built, BuildError> {
         let exec = Executor::new(self.threads)?;
         self.run_on(exec, &NoProgress)
@@ -146,16 +164,37 @@ impl Build {
     /// # Errors
     /// As [`Build::run`], and where `progress` cancels the build.
     pub fn run_on(self, exec: Executor, progress: &dyn Progress) -> Result<Built, BuildError> {
-        let Build { scene, options, .. } = self;
+        let Build { mut scene, options, vertices, .. } = self;
+        number_vertices(&mut scene, vertices)?;
         let method = options.method;
-        let recipe =
+        let mut recipe =
             Recipe { method: method.to_string(), builder_revision: method.revision(), options: options.effective() };
+        if vertices {
+            recipe.options.push(("vertices".into(), "true".into()));
+        }
         let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
         let accel = compile(scene, &options, &exec, progress)?;
         let image = Image::new(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
         let meta = Meta { notes: accel.notes, ..cache::provenance(recipe, &inputs, &report) };
         Ok(Built { image, meta, exec })
     }
+}
+
+fn has_vertices(scene: &Scene) -> bool {
+    scene.meshes.iter().any(|mesh| !mesh.vertices.is_empty())
+}
+
+/// Give each triangle the numbers of its vertices where they are `wanted`, and take them away where they are not.
+fn number_vertices(scene: &mut Scene, wanted: bool) -> Result<(), BuildError> {
+    for mesh in &mut scene.meshes {
+        match wanted {
+            false => mesh.vertices = Vec::new(),
+            true if !mesh.vertices.is_empty() || mesh.triangles.is_empty() => {}
+            true if scene.inputs.is_empty() => mesh.vertices.clone_from(&mesh.triangles),
+            true => return Err(BuildError::NoVertices),
+        }
+    }
+    Ok(())
 }
 
 /// A finished build: to be traced, written, or both.

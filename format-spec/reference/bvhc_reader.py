@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plain reference reader of the .bvhc file, version 1.0. SPEC.md is the law; numbers in brackets are its sections.
+"""Plain reference reader of the .bvhc file, version 1.1. SPEC.md is the law; numbers in brackets are its sections.
 
     bvhc_reader.py FILE                           check the file, print what `bvhc info --json FILE` prints
     bvhc_reader.py FILE --ray ox,oy,oz,dx,dy,dz   check the file, trace the ray, print the closest hit (repeatable)
@@ -27,6 +27,7 @@ try:
 except ImportError:
     zstandard = None
 
+MINOR = 1  # that this reader knows
 MAGIC = b"\x89BVH\r\n\x1a\n"
 BLOCK = 1 << 20  # decoded bytes of one zstd frame [8]
 MAX_DECODED = 8 << 30
@@ -59,7 +60,10 @@ RECORDS = {  # [5]: type -> (flags, record)
     "TNOD": (5, NODE),
     "INST": (5, np.dtype([("object_to_world", "<f4", 12), ("world_to_object", "<f4", 12), ("blas", U4), ("id", U4),
                           ("mask", U4), ("flags", U4), ("node", U4), ("reserved", "V12")])),
+    "VERT": (6, np.dtype([("v0", U4), ("v1", U4), ("v2", U4)])),
+    "SIDE": (6, np.dtype([("flags", U4)])),
     "NAMS": (2, None),
+    "MATS": (6, None),
     "META": (2, None),
 }
 
@@ -101,6 +105,7 @@ class File:
                 self.check_counts(self.bodies[i])  # before anything large is decoded [11]
         self.read_records()
         self.check_names()
+        self.check_origins()
         self.check_meta()
         self.depths = [self.check_tree(*self.tree(b), "BLAS %d" % i) for i, b in enumerate(self.blas)]
         self.check_blases()
@@ -114,12 +119,12 @@ class File:
         require(self.data[:8] == MAGIC, "the magic bytes are missing: not a .bvhc file")
         require(len(self.data) >= 256, "the file is shorter than a header")
         h = self.header = plain(np.frombuffer(self.data, HEADER, 1)[0])
-        if h["major"] != 1 or h["min_minor"] > 0:
+        if h["major"] != 1 or h["min_minor"] > min(h["minor"], MINOR):
             raise Unsupported("format %d.%d, readable from minor %d" % (h["major"], h["minor"], h["min_minor"]))
         if h["features_required"] != 0:
             raise Unsupported("required features 0x%x" % h["features_required"])
         require(h["header_len"] >= 256 and h["header_len"] % 64 == 0, "header_len")
-        require(h["minor"] > 0 or h["header_len"] == 256, "header_len is not 256 in version 1.0")
+        require(h["minor"] > MINOR or h["header_len"] == 256, "header_len is not 256 in version 1.%d" % MINOR)
         require(h["file_len"] == len(self.data) and len(self.data) % 64 == 0, "file_len is not the length of the file")
         require(4 <= h["section_count"] <= 65536 and h["section_entry_len"] == 128, "section_count or section_entry_len")
         require(h["section_table_off"] == h["header_len"], "section_table_off is not header_len")
@@ -362,24 +367,59 @@ class File:
         require((self.header["scene_min"] == low).all() and (self.header["scene_max"] == high).all(), "scene bounds")
 
     def check_names(self):
-        body = self.body("NAMS")
-        if body is None:
+        self.names, self.materials = self.strings("NAMS"), self.strings("MATS")
+        if self.names is None:
             require(not any(any(n.item()) for n in self.geom["name_hash"]), "named parts, but no NAMS")
-            return
-        count = len(self.geom)
-        require(len(body) >= 8 + 4 * count and struct.unpack_from("<I", body)[0] == count, "count of NAMS")
+        elif blake3:
+            for name, wanted in zip(self.names, self.geom["name_hash"]):
+                require((digest(name) if name else bytes(32)) == wanted.item(), "a name of NAMS and its hash in GEOM")
+
+    def strings(self, section):
+        """One string a row of GEOM [7]; None where the section is absent."""
+        body = self.body(section)
+        if body is None:
+            return None
+        count, strings = len(self.geom), []
+        require(len(body) >= 8 + 4 * count and struct.unpack_from("<I", body)[0] == count, "count of %s" % section)
+        stated = [e["elem_count"] for e in self.table if e["type"] == section.encode()]
+        require(stated == [count], "elem_count of %s" % section)
         text, start = body[8 + 4 * count:], 0
-        require(struct.unpack_from("<I", body, 4)[0] == len(text), "text_len of NAMS")
-        for end, wanted in zip(struct.unpack_from("<%dI" % count, body, 8), self.geom["name_hash"]):
-            require(start <= end <= len(text) and end - start <= 4096, "ends of NAMS")
+        require(struct.unpack_from("<I", body, 4)[0] == len(text), "text_len of %s" % section)
+        for end in struct.unpack_from("<%dI" % count, body, 8):
+            require(start <= end <= len(text) and end - start <= 4096, "ends of %s" % section)
             name, start = text[start:end], end
             try:
                 name.decode("utf-8")
             except UnicodeDecodeError:
-                raise Invalid("a name of NAMS is not UTF-8")
-            if blake3:
-                require((digest(name) if name else bytes(32)) == wanted.item(), "a name of NAMS and its hash in GEOM")
-        require(start == len(text) > 0, "NAMS has text behind the last name, or none at all")
+                raise Invalid("a name of %s is not UTF-8" % section)
+            strings.append(name)
+        require(start == len(text) > 0, "%s has text behind the last name, or none at all" % section)
+        return strings
+
+    def check_origins(self):
+        """From a hit back to the model [10.3]: `vertices` is u32[TRIS, 3] or None, `mirrored` bool[GEOM]."""
+        body = self.body("SIDE")
+        self.mirrored = np.zeros(len(self.geom), bool)
+        if body is not None:
+            sides = np.frombuffer(body, "<u4")
+            require(len(sides) == len(self.geom) and sides.any() and (sides <= 1).all(), "records of SIDE")
+            self.mirrored = sides == 1
+            require((self.geom["baked_node"][self.mirrored] != 0xFFFFFFFF).all(), "a part is mirrored, and no node was baked")
+        body = self.body("VERT")
+        self.vertices = None if body is None else np.frombuffer(body, "<u4").reshape(-1, 3)
+        if body is None:
+            return
+        require(len(self.vertices) == len(self.tris), "VERT has another number of records than TRIS")
+        # A vertex of a part stands in one place: equal pairs of part and vertex lie next to each other, with equal positions.
+        corners = (np.stack([self.tris[v] for v in ("v0", "v1", "v2")], axis=1) + np.float32(0)).view("<u4").reshape(-1, 3)
+        keys = np.repeat(self.tris["geom"].astype(np.uint64), 3) << np.uint64(32) | self.vertices.reshape(-1)
+        order = np.argsort(keys, kind="stable")
+        same = keys[order][1:] == keys[order][:-1]
+        require((corners[order][1:] == corners[order][:-1])[same].all(), "a vertex of a part stands in two places")
+        keys = self.tris["geom"].astype(np.uint64) << np.uint64(32) | self.tris["prim"]
+        order = np.argsort(keys, kind="stable")
+        same = keys[order][1:] == keys[order][:-1]
+        require((self.vertices[order][1:] == self.vertices[order][:-1])[same].all(), "copies of a triangle have different vertices")
 
     def check_meta(self):
         body = self.body("META")

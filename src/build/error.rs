@@ -11,6 +11,11 @@ pub enum BuildError {
     /// The geometry breaks what every build relies on. No scene that the readers made does.
     #[error("cannot build: {0}")]
     Geometry(#[from] GeometryError),
+    /// The numbers of vertices were asked for, and the model was read without them.
+    #[error(
+        "cannot build with vertices: the model was read without their numbers, which ReadOptions::vertices asks for"
+    )]
+    NoVertices,
     /// 32-bit indices do not reach further.
     #[error("cannot build {what}: it would hold {needed}, and the limit is {limit}")]
     TooLarge {

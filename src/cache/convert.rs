@@ -6,7 +6,7 @@ use std::path::Path;
 use bvhc_core::cache::parts::{Fault, is_known_codec, is_understood};
 
 use super::writer::{Codec, Form, Piece, Sealed, WriteOptions, WriteSummary};
-use super::{Cache, CacheError, MIN_MINOR, MINOR, OpenOptions, Validation, section_flags};
+use super::{Cache, CacheError, MIN_MINOR, OpenOptions, Validation, section_flags};
 use super::{Header, SectionKind, atomic, keys};
 use crate::exec::Executor;
 
@@ -87,7 +87,6 @@ fn repack<'a>(
         return Err(Fault::unsupported("W0101", detail).of(name));
     }
     let header = Header {
-        minor: MINOR,
         min_minor: MIN_MINOR,
         header_len: Header::LEN as u16,
         section_table_off: Header::LEN as u64,

@@ -1,9 +1,12 @@
-use super::{BlasRecord, CacheError, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, View, clip_name, tree_flags};
+use super::{
+    BlasRecord, CacheError, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, View, clip_name, side_flags,
+    tree_flags,
+};
 use bvhc_core::layout::orientation;
 
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
-use crate::scene::Mesh;
+use crate::scene::{Mesh, Part};
 use crate::tree::{Accel, Node, Tree, quality};
 
 /// The content of a cache file in memory, ready to be written or traversed.
@@ -23,6 +26,12 @@ pub struct Image {
     pub instances: Vec<InstanceRecord>,
     /// Names of the parts, one for each row of `geoms`; empty where no names are known.
     pub names: Vec<String>,
+    /// Names of the parts' materials, one for each row of `geoms`; empty where none are known.
+    pub materials: Vec<String>,
+    /// For each row of `geoms` bits of [`side_flags`]; empty where none has any.
+    pub sides: Vec<u32>,
+    /// For each of `triangles` its vertices in the source; empty where they were not asked for.
+    pub vertices: Vec<[u32; 3]>,
     /// Bits of [`tree_flags`].
     pub flags: u32,
 }
@@ -31,13 +40,14 @@ impl Image {
     /// Lay out trees and geometry as the file's records.
     ///
     /// # Errors
-    /// Where a tree refers to triangles, a part to triangles, or an instance to a mesh that is not there. Whether the trees are sound beyond that
+    /// Where only some meshes have the numbers of their vertices, or a tree refers to triangles, a part to triangles, or an instance to a mesh that is not there. Whether the trees are sound beyond that
     /// is asked when the image is written.
     pub fn new(accel: &Accel, exec: &Executor) -> Result<Image, CacheError> {
         let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
         for (mesh, tree) in accel.meshes.iter().zip(&accel.blases) {
             image.push_blas(mesh, tree, exec)?;
         }
+        image.settle_origins()?;
         let any_duplicates = image.blases.iter().any(|b| b.flags & tree_flags::DUP_REFS != 0);
         image.flags |= if any_duplicates { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE };
         if let Some(tlas) = &accel.tlas {
@@ -56,6 +66,7 @@ impl Image {
     pub fn of_tree(mesh: &Mesh, tree: &Tree, exec: &Executor) -> Result<Image, CacheError> {
         let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
         image.push_blas(mesh, tree, exec)?;
+        image.settle_origins()?;
         image.flags |= image.blases[0].flags;
         Ok(image)
     }
@@ -65,6 +76,10 @@ impl Image {
         let blas = self.blases.len() as u32;
         let first_geom = self.geoms.len() as u32;
         self.names.extend(mesh.parts.iter().map(|part| clip_name(&part.name).to_owned()));
+        self.materials.extend(mesh.parts.iter().map(|part| clip_name(&part.material).to_owned()));
+        // The mark is about a node's transform: what a program moved by none is in the space of its mesh.
+        let is_mirrored = |part: &Part| part.mirrored && part.baked_node.is_some();
+        self.sides.extend(mesh.parts.iter().map(|part| if is_mirrored(part) { side_flags::MIRRORED } else { 0 }));
         self.geoms.extend(mesh.parts.iter().map(|part| GeomRecord {
             source_mesh: part.source_mesh,
             source_part: part.source_part,
@@ -107,6 +122,26 @@ impl Image {
             let flags = if uses[r] > 1 { TriangleRecord::DUPLICATED } else { 0 };
             triangle_record(mesh, r, first_geom, flags)
         });
+        if !mesh.vertices.is_empty() {
+            exec.append(&mut self.vertices, tree.refs.len(), |i| mesh.vertices[tree.refs[i] as usize]);
+        }
+        Ok(())
+    }
+
+    /// What no part has is left out.
+    fn settle_origins(&mut self) -> Result<(), CacheError> {
+        if self.materials.iter().all(String::is_empty) {
+            self.materials = Vec::new();
+        }
+        if self.sides.iter().all(|side| *side == 0) {
+            self.sides = Vec::new();
+        }
+        let (vertices, triangles) = (self.vertices.len(), self.triangles.len());
+        if vertices != 0 && vertices != triangles {
+            return Err(unwritable(format!(
+                "{triangles} triangles are in its trees, and {vertices} of them have vertices"
+            )));
+        }
         Ok(())
     }
 

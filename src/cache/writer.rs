@@ -14,8 +14,8 @@ use bvhc_core::cache::parts::{check_tree_flags, encode_names, pack};
 use super::check::{Limits, check_image};
 use super::rules::Severity;
 use super::{CacheError, Limited};
-use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, MINOR, SectionEntry, SectionKind};
-use super::{Image, Meta, atomic, keys, tree_flags};
+use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, SectionEntry, SectionKind};
+use super::{Image, Meta, atomic, keys, minor_of, tree_flags};
 use crate::exec::Executor;
 use crate::tree::max_depth;
 
@@ -126,6 +126,10 @@ fn seal<'a>(
             input.name
         )));
     }
+    let materials = if image.materials.len() == image.geoms.len() { encode_names(&image.materials) } else { None };
+    if options.check && materials.is_none() && image.materials.iter().any(|m| !m.is_empty()) {
+        return Err(unwritable("its parts have materials, and there is no name for each part".into()));
+    }
     let two_level = header.has(tree_flags::TWO_LEVEL);
     let mut pieces = Vec::new();
     for rule in &KINDS {
@@ -136,6 +140,14 @@ fn seal<'a>(
             SectionKind::BLAS => (image.blases.len(), cast_slice(&image.blases).into()),
             SectionKind::TNOD if two_level => (image.tlas_nodes.len(), cast_slice(&image.tlas_nodes).into()),
             SectionKind::INST if two_level => (image.instances.len(), cast_slice(&image.instances).into()),
+            SectionKind::VERT if !image.vertices.is_empty() => {
+                (image.vertices.len(), cast_slice(&image.vertices).into())
+            }
+            SectionKind::SIDE if !image.sides.is_empty() => (image.sides.len(), cast_slice(&image.sides).into()),
+            SectionKind::MATS => match &materials {
+                Some(bytes) => (image.materials.len(), bytes.clone().into()),
+                None => continue,
+            },
             SectionKind::NAMS => match &names {
                 Some(bytes) => (image.names.len(), bytes.clone().into()),
                 None => continue,
@@ -170,7 +182,6 @@ fn describe(image: &Image, meta: &Meta) -> Result<Header, String> {
     Ok(Header {
         magic: MAGIC,
         major: MAJOR,
-        minor: MINOR,
         min_minor: MIN_MINOR,
         header_len: Header::LEN as u16,
         section_entry_len: SectionEntry::LEN as u32,
@@ -253,6 +264,7 @@ impl<'a> Sealed<'a> {
             stored.push(data);
         }
         header.file_len = end.next_multiple_of(64);
+        header.minor = minor_of(entries.iter().map(|entry| entry.kind));
         header.section_count = entries.len() as u32;
         header.content_id = keys::content_id(&entries);
         header.file_id = keys::file_id(&header, &[], cast_slice(&entries));

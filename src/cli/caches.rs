@@ -107,7 +107,7 @@ pub fn may_replace(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// The options in META that decide which triangles a file holds; defaults where it does not say.
+/// The options in META that decide what of a model a file holds; defaults where it does not say.
 pub fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
     let value =
         |name: &str| meta.and_then(|m| m.options.iter().find(|(n, _)| n == name)).map(|(_, value)| value.as_str());
@@ -116,7 +116,8 @@ pub fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
     let levels = value("levels").and_then(|v| Levels::parse(v).ok()).unwrap_or(Levels::Auto);
     let ignored = value("ignore_extensions").into_iter().flat_map(|names| names.split(','));
     let ignore_extensions = ignored.map(str::to_owned).collect();
-    let read = ReadOptions { degenerate, scene, ignore_extensions, ..ReadOptions::default() };
+    let vertices = value("vertices") == Some("true");
+    let read = ReadOptions { degenerate, scene, ignore_extensions, vertices, ..ReadOptions::default() };
     (read, BuildOptions { levels, ..BuildOptions::default() })
 }
 

@@ -9,7 +9,7 @@ use crate::scene::{Degenerate, Instance, Mesh, Part, drop_triangles, is_collinea
 ///
 /// Each vertex is moved in `f64` and rounded once. A mirroring transform turns a triangle's winding around and that is
 /// left so: intersection does not cull, and the hit point and its barycentric coordinates stay those of the source's
-/// corner order. Parts and source numbers stay those of the source; [`Part::baked_node`] tells copies of one part from
+/// corner order. [`Part::mirrored`] says so. Parts and source numbers stay those of the source; [`Part::baked_node`] tells copies of one part from
 /// each other. A single instance that need not be moved is taken, not copied, and stays unmarked unless it must be `told` from others.
 pub(super) fn bake(
     meshes: &mut [Mesh],
@@ -49,6 +49,7 @@ pub(super) fn bake(
         remainders: Vec::new(),
         triangles: Vec::with_capacity(triangles as usize),
         source_prims: Vec::with_capacity(triangles as usize),
+        vertices: Vec::new(),
         parts: Vec::new(),
     };
     for (index, instance) in instances.iter().enumerate() {
@@ -94,7 +95,8 @@ pub(super) fn drop_collapsed(
 /// What one more instance of a mesh adds to the merged mesh.
 pub(super) fn bytes_of_copy(mesh: &Mesh) -> u64 {
     let triangle = size_of::<[u32; 3]>() + size_of::<u32>();
-    let bytes = mesh.positions.len() * size_of::<Point>() + mesh.triangles.len() * triangle;
+    let vertices = size_of_val(&mesh.vertices[..]);
+    let bytes = mesh.positions.len() * size_of::<Point>() + mesh.triangles.len() * triangle + vertices;
     (bytes + mesh.parts.len() * size_of::<Part>()) as u64
 }
 
@@ -124,9 +126,13 @@ fn append(out: &mut Mesh, mesh: &Mesh, instance: &Instance, origin: [f64; 3], ex
         return None;
     }
 
+    // Either all meshes of a scene have the numbers of their vertices or none: validated where they come from.
+    out.vertices.extend_from_slice(&mesh.vertices);
+    let mirrors = to_tree.mirrors();
     out.source_prims.extend((0..mesh.triangles.len()).map(|i| mesh.source_prim(i)));
     out.parts.extend(mesh.parts.iter().map(|part| Part {
         baked_node: Some(instance.node).filter(|n| *n != Instance::NO_NODE),
+        mirrored: part.mirrored != mirrors,
         first_triangle: part.first_triangle + first_triangle,
         ..part.clone()
     }));

@@ -69,6 +69,9 @@ pub struct Mesh {
     /// is odd; of a fan `i + 1`, `i + 2` and `0` (glTF 2.0, 3.7.2.1). Where restart values divide a strip or fan, each piece is numbered
     /// behind the one before it.
     pub source_prims: Vec<u32>,
+    /// For each triangle the numbers of its three vertices in the source; empty where they were not asked for
+    /// ([`ReadOptions::vertices`]). Of a glTF mesh they are vertices of the primitive, of an OBJ the corners of all faces, counted from 0.
+    pub vertices: Vec<[u32; 3]>,
     /// Which runs of `triangles` came from which OBJ group or glTF primitive, in order, covering all of them.
     pub parts: Vec<Part>,
 }
@@ -92,6 +95,8 @@ pub struct Part {
     /// The node whose transform was baked into the positions: when several instances were flattened into one mesh, or when the transform
     /// has no inverse, as that of a decal made by a scale of 0.
     pub baked_node: Option<u32>,
+    /// The transform that was baked into the positions mirrors, so that the corners wind the other way round.
+    pub mirrored: bool,
     /// First of this part's triangles in [`Mesh::triangles`].
     pub first_triangle: u32,
     /// How many of [`Mesh::triangles`] are the part's.

@@ -14,8 +14,8 @@ pub enum Degenerate {
     Error,
 }
 
-/// How a model file is read. `degenerate`, `scene` and `ignore_extensions` change the result and belong in a build key; the other two
-/// only decide whether there is one.
+/// How a model file is read. `degenerate`, `scene`, `ignore_extensions` and `vertices` change the result and belong in a build key; the other
+/// two only decide whether there is one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadOptions {
     /// What becomes of triangles without area.
@@ -27,6 +27,8 @@ pub struct ReadOptions {
     /// glTF extensions that are read as if they were not in the file, even where it requires them. Data that stand only in a
     /// compressed form cannot be had that way.
     pub ignore_extensions: Vec<String>,
+    /// Keep which vertices of the source each triangle has: [`Mesh::vertices`](super::Mesh::vertices).
+    pub vertices: bool,
     /// Most bytes that reading may hold at once, estimated before each allocation. No file can make the reader hold more.
     pub max_memory: u64,
 }
@@ -48,6 +50,7 @@ impl Default for ReadOptions {
             allow_outside: false,
             scene: None,
             ignore_extensions: Vec::new(),
+            vertices: false,
             max_memory: Self::DEFAULT_MAX_MEMORY,
         }
     }

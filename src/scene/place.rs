@@ -66,10 +66,19 @@ fn fate(transform: &Affine) -> Fate {
 fn flattened(mesh: &Mesh, transform: &Affine, node: u32, source: &mut Source) -> Result<(Mesh, Affine), SceneError> {
     let (positions, triangles) = (mesh.positions.len() as u64, mesh.triangles.len() as u64);
     let names: usize = mesh.parts.iter().map(|p| size_of::<Part>() + p.name.len() + p.material.len()).sum();
-    source.charge(48 * positions + 16 * triangles + names as u64, "a mesh that is scaled to nothing along an axis")?;
+    let numbers = 4 * triangles + 12 * mesh.vertices.len() as u64;
+    source.charge(
+        48 * positions + 12 * triangles + numbers + names as u64,
+        "a mesh that is scaled to nothing along an axis",
+    )?;
+    let transform_mirrors = transform.mirrors();
     let world = (0..mesh.positions.len()).map(|v| transform.transform_point(mesh.exact_position(v))).collect();
     let Rounded { positions, remainders, transform } = Rounded::new(world);
-    let parts = mesh.parts.iter().map(|part| Part { baked_node: Some(node), ..part.clone() }).collect();
+    let parts = mesh
+        .parts
+        .iter()
+        .map(|part| Part { baked_node: Some(node), mirrored: transform_mirrors, ..part.clone() })
+        .collect();
     Ok((Mesh { positions, remainders, parts, ..mesh_without_points(mesh) }, transform))
 }
 
@@ -78,6 +87,7 @@ fn mesh_without_points(mesh: &Mesh) -> Mesh {
         name: mesh.name.clone(),
         triangles: mesh.triangles.clone(),
         source_prims: mesh.source_prims.clone(),
+        vertices: mesh.vertices.clone(),
         ..Mesh::default()
     }
 }

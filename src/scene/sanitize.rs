@@ -132,6 +132,9 @@ pub(crate) fn drop_triangles(mesh: &mut Mesh, dropped: &[u32]) {
     let kept: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|i| next.next_if_eq(&i).is_none()).collect();
     mesh.source_prims = kept.iter().map(|&i| mesh.source_prim(i as usize)).collect();
     mesh.triangles = kept.iter().map(|&i| mesh.triangles[i as usize]).collect();
+    if !mesh.vertices.is_empty() {
+        mesh.vertices = kept.iter().map(|&i| mesh.vertices[i as usize]).collect();
+    }
     for part in &mut mesh.parts {
         let before = |i: u32| dropped.partition_point(|&d| d < i) as u32;
         let (start, end) = (part.first_triangle, part.first_triangle + part.triangle_count);

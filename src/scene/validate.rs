@@ -54,6 +54,15 @@ pub enum GeometryError {
         /// How many numbers the list has.
         numbers: usize,
     },
+    /// The vertices of a mesh's triangles are not as many as the triangles.
+    Vertices {
+        /// The mesh.
+        mesh: usize,
+        /// How many triangles the mesh has.
+        triangles: usize,
+        /// How many triples of vertices it has.
+        vertices: usize,
+    },
     /// The remainders of a mesh's positions are not as many as the positions.
     Remainders {
         /// The mesh.
@@ -116,6 +125,10 @@ impl fmt::Display for GeometryError {
                     "mesh {mesh} has {triangles} triangles and {numbers} source numbers; it must have as many, or none"
                 )
             }
+            GeometryError::Vertices { mesh, triangles, vertices } => write!(
+                f,
+                "mesh {mesh} has {triangles} triangles and the vertices of {vertices}; it must have those of all, or none"
+            ),
             GeometryError::Remainders { mesh, positions, remainders } => {
                 write!(
                     f,
@@ -183,6 +196,10 @@ impl Mesh {
         let (positions, remainders) = (self.positions.len(), self.remainders.len());
         if remainders != 0 && remainders != positions {
             return Err(GeometryError::Remainders { mesh: number, positions, remainders });
+        }
+        let (triangles, vertices) = (self.triangles.len(), self.vertices.len());
+        if vertices != 0 && vertices != triangles {
+            return Err(GeometryError::Vertices { mesh: number, triangles, vertices });
         }
         self.validate_corners(number, exec)?;
         self.validate_parts(number)

@@ -25,6 +25,7 @@ fn spoil(place: &Place, from: &str, to: &str, fault: Fault) -> Vec<String> {
         instances: cache.instances().to_vec(),
         names: Vec::new(),
         flags: cache.header().tree_flags,
+        ..Image::default()
     };
     let planted = plant(&mut image, fault).expect("something to break");
     let unchecked = WriteOptions { check: false, ..WriteOptions::default() };

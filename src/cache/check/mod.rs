@@ -4,7 +4,7 @@
 
 mod source;
 
-pub use bvhc_core::cache::check::{Finding, Level, Limits, Place, Report, check_records};
+pub use bvhc_core::cache::check::{Finding, Level, Limits, Place, Report, check_records, check_sides, check_vertices};
 pub use source::Source;
 
 use bvhc_core::cache::check as core;
@@ -24,7 +24,7 @@ pub fn check_bytes(
     core::check_bytes(
         bytes,
         level,
-        Some(&|view, meta, out| source::check(view, meta, source, limits.max_issues, out, exec)),
+        Some(&|content, out| source::check(content, source, limits.max_issues, out, exec)),
         limits,
         exec,
     )
@@ -32,5 +32,13 @@ pub fn check_bytes(
 
 /// Check the content of a file that is not one yet: what a builder or a converter is about to write.
 pub fn check_image(image: &Image, limits: &Limits, exec: &Executor) -> Report {
-    check_records(&image.view(), image.flags, None, limits, exec)
+    let view = image.view();
+    let mut report = check_records(&view, image.flags, None, limits, exec);
+    if !image.vertices.is_empty() {
+        report.append(check_vertices(&view, &image.vertices, limits, exec));
+    }
+    if !image.sides.is_empty() {
+        check_sides(view.geoms, &image.sides, &mut report);
+    }
+    report
 }

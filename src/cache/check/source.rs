@@ -1,12 +1,12 @@
 //! Agreement with the model that a file was built from.
 
-use bvhc_core::cache::check::{Bits, hex};
+use bvhc_core::cache::check::{Bits, Content, hex};
 
 use super::{Place, Report};
-use crate::cache::{GeomRecord, Meta, NO_NODE, SectionKind, View, clip_name, rules};
+use crate::cache::{GeomRecord, Meta, NO_NODE, SectionKind, View, clip_name, rules, side_flags};
 use crate::exec::Executor;
 use crate::geom::Point;
-use crate::scene::{InputFile, Instance, Mesh};
+use crate::scene::{InputFile, Instance, Mesh, Part};
 
 /// The geometry that a file should hold: the model read again and laid out as it is built (`compile::lay_out`).
 #[derive(Clone, Copy, Debug)]
@@ -20,15 +20,9 @@ pub struct Source<'a> {
 }
 
 /// Every triangle of the source is in the file with its very corners, and no other is.
-pub fn check(
-    view: &View<'_>,
-    meta: Option<&Meta>,
-    source: &Source<'_>,
-    max_issues: usize,
-    out: &mut Report,
-    exec: &Executor,
-) {
-    match meta {
+pub fn check(content: &Content<'_>, source: &Source<'_>, max_issues: usize, out: &mut Report, exec: &Executor) {
+    let view = &content.view;
+    match content.meta {
         Some(meta) => check_inputs(meta, source.inputs, out),
         None => out.skip("Whether the input files are those that the file was built from: there is no META."),
     }
@@ -42,12 +36,15 @@ pub fn check(
     } else {
         let parts = exec.map_range(meshes, |tree| {
             let mut part = Report::new(max_issues);
-            check_mesh(view, tree, &source.meshes[tree], &mut part);
+            check_mesh(content, tree, &source.meshes[tree], &mut part);
             part
         });
         parts.into_iter().for_each(|part| out.append(part));
     }
     check_instances(view, source.instances, out);
+    if content.vertices.is_some() && source.meshes.iter().any(|m| m.vertices.is_empty() && !m.triangles.is_empty()) {
+        out.skip("The vertices of triangles against the source: it was read without them.");
+    }
 }
 
 fn check_inputs(meta: &Meta, inputs: &[InputFile], out: &mut Report) {
@@ -67,7 +64,8 @@ fn check_inputs(meta: &Meta, inputs: &[InputFile], out: &mut Report) {
     }
 }
 
-fn check_mesh(view: &View<'_>, tree: usize, mesh: &Mesh, out: &mut Report) {
+fn check_mesh(content: &Content<'_>, tree: usize, mesh: &Mesh, out: &mut Report) {
+    let view = &content.view;
     // Pair the rows of GEOM with the parts.
     let low = view.geoms.partition_point(|g| (g.blas as usize) < tree);
     let high = view.geoms.partition_point(|g| (g.blas as usize) <= tree);
@@ -101,6 +99,8 @@ fn check_mesh(view: &View<'_>, tree: usize, mesh: &Mesh, out: &mut Report) {
         }
     }
 
+    rows.iter().zip(low..).zip(&mesh.parts).for_each(|((_, geom), part)| check_origin(content, geom, part, out));
+
     // Find each of the tree's triangles in the mesh.
     let Some(records) = view.blas(tree) else { return };
     let start = view.blases[tree].ref_offset;
@@ -122,6 +122,15 @@ fn check_mesh(view: &View<'_>, tree: usize, mesh: &Mesh, out: &mut Report) {
                 if bits(corners) != bits(triangle.corners()) {
                     out.add(&rules::E0603, place, || (show(corners), show(triangle.corners())));
                 }
+                let stated = content.vertices.and_then(|all| all.get(usize::try_from(index).ok()?));
+                if let (Some(expected), Some(stated)) =
+                    (mesh.vertices.get(i), stated.filter(|s| Some(*s) != mesh.vertices.get(i)))
+                {
+                    let place = Place { section: Some(SectionKind::VERT), ..place };
+                    out.add(&rules::E0607, place, || {
+                        (format!("the source has the vertices {expected:?}"), format!("VERT has {stated:?}"))
+                    });
+                }
             }
         }
     }
@@ -129,6 +138,25 @@ fn check_mesh(view: &View<'_>, tree: usize, mesh: &Mesh, out: &mut Report) {
         let at = Place::record(SectionKind::BLAS, tree as u64);
         out.add(&rules::E0601, at, || {
             (format!("triangle {} of mesh {:?}", mesh.source_prim(i), mesh.name), format!("tree {tree} has not"))
+        });
+    }
+}
+
+/// Compare what other sections say of a part.
+fn check_origin(content: &Content<'_>, geom: usize, part: &Part, out: &mut Report) {
+    let place = Place::record(SectionKind::GEOM, geom as u64);
+    let (expected, material) = (clip_name(&part.material), content.materials.get(geom).unwrap_or_default());
+    if expected != material {
+        out.add(&rules::E0604, place, || {
+            (format!("its material in the source is {expected:?}"), format!("the file has {material:?}"))
+        });
+    }
+    let is_mirrored = |yes: bool| if yes { "mirrored" } else { "not mirrored" };
+    let stated = content.sides.get(geom).is_some_and(|side| side & side_flags::MIRRORED != 0);
+    let expected = part.mirrored && part.baked_node.is_some();
+    if expected != stated {
+        out.add(&rules::E0604, place, || {
+            (format!("the source has it {}", is_mirrored(expected)), format!("the file has it {}", is_mirrored(stated)))
         });
     }
 }

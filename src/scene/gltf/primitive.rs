@@ -61,6 +61,10 @@ pub(super) fn mesh(
         if let Some(bad) = triangles.iter().flatten().find(|v| u64::from(**v) >= count) {
             return Err(SceneError::malformed(source.path, format!("{place} uses vertex {bad}, but has {count}")));
         }
+        if source.options.vertices {
+            source.charge(size_of_val(triangles) as u64, "the numbers of vertices")?;
+            mesh.vertices.extend_from_slice(triangles);
+        }
         triangles.iter_mut().flatten().for_each(|v| *v += base as u32);
         let (first, count) = (before as u32, triangles.len() as u32);
         if count > 0 {
@@ -73,6 +77,7 @@ pub(super) fn mesh(
                 source_mesh: index as u32,
                 source_part: number as u32,
                 baked_node: None,
+                mirrored: false,
                 first_triangle: first,
                 triangle_count: count,
                 first_prim: first,

@@ -12,11 +12,13 @@
 //! through the whole file in the order of its faces, from 0, before any is dropped: that is the number that a hit brings back (`prim`).
 //! So the triangles of face `k`, counting `f` statements of at least three corners from 0, are `S(k) … S(k + 1) - 1` with `S(k)` the sum of `n - 2`
 //! over the faces before it; in a file of triangles alone it is `k` itself. [`Part::first_prim`] and [`Part::prim_count`] count the same
-//! numbers. Which corners of its face each triangle has is told by its positions: cutting makes no new ones.
+//! numbers. Which corners of its face each triangle has is told by its positions, since cutting makes no new ones, and exactly by
+//! [`Mesh::vertices`] where they are asked for.
 //!
 //! **Coordinates** are read as `f64`. Where `f32` would lose the shape, as with map coordinates, they are measured from a place beside
 //! the model, and the instance puts the mesh back there.
 
+mod corners;
 mod names;
 mod polygon;
 mod statements;
@@ -27,6 +29,7 @@ use super::precision::{self, Loss};
 use super::source::Source;
 use super::{Instance, Mesh, Part, Rounding, Scene, SceneError};
 use crate::geom::{Affine, Point};
+use corners::Corners;
 use polygon::Triangulator;
 use statements::{PartName, Statements};
 
@@ -40,7 +43,7 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
     let mut statements = Statements::new(text, source);
     let loaded =
         tobj::load_obj_buf(&mut statements, &tobj::LoadOptions::default(), |_| Ok((Vec::new(), Default::default())));
-    let counts = statements.finish(loaded.as_ref().err())?;
+    let (counts, gaps) = statements.finish(loaded.as_ref().err())?;
     let models = loaded.map_err(|e| SceneError::malformed(source.path, e.to_string()))?.0;
     drop(bytes);
 
@@ -49,6 +52,7 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
         Mesh { name: source.path.file_stem().unwrap_or_default().to_string_lossy().into(), ..Mesh::default() };
     let mut positions: Vec<[f64; 3]> = Vec::new();
     let mut cut = Triangulator::default();
+    let mut corners = source.options.vertices.then(|| Corners::new(gaps));
     for tobj::Model { mesh: model, name } in models {
         let count = positions.len() as u64 + model.positions.len() as u64 / 3;
         if count > u64::from(u32::MAX) {
@@ -58,7 +62,7 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
         let base = positions.len() as u32;
         positions.extend(model.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]));
         let first_triangle = mesh.triangles.len() as u32;
-        add_faces(&model, base, &positions, &mut mesh.triangles, &mut cut, source)?;
+        add_faces(&model, base, &positions, &mut mesh, corners.as_mut(), &mut cut, source)?;
         let triangle_count = mesh.triangles.len() as u32 - first_triangle;
         if triangle_count > 0 {
             let PartName { name, material } = counts.part_name(&name);
@@ -68,6 +72,7 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
                 source_mesh: 0,
                 source_part: mesh.parts.len() as u32,
                 baked_node: None,
+                mirrored: false,
                 first_triangle,
                 triangle_count,
                 first_prim: first_triangle,
@@ -122,17 +127,22 @@ fn stored(p: [f64; 3], origin: [f64; 3]) -> Point {
     [0, 1, 2].map(|a| (p[a] - origin[a]) as f32)
 }
 
-/// Append one model's faces, whose positions start at `base`.
+/// Append one model's faces, whose positions start at `base`, and with `numbers` the corners of each triangle.
 fn add_faces(
     model: &tobj::Mesh,
     base: u32,
     positions: &[[f64; 3]],
-    triangles: &mut Vec<[u32; 3]>,
+    mesh: &mut Mesh,
+    mut numbers: Option<&mut Corners>,
     cut: &mut Triangulator,
     source: &Source,
 ) -> Result<(), SceneError> {
     if model.face_arities.is_empty() {
-        triangles.extend(model.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|v| v + base)));
+        mesh.triangles.extend(model.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|v| v + base)));
+        if let Some(numbers) = numbers {
+            let first = model.indices.chunks_exact(3).map(|_| numbers.take(3));
+            mesh.vertices.extend(first.map(|first| [first, first + 1, first + 2]));
+        }
         return Ok(());
     }
     let mut rest = model.indices.as_slice();
@@ -157,7 +167,14 @@ fn add_faces(
                 limit: polygon::MAX_LARGE_WORK,
             });
         }
-        cut.add(&corners, positions, triangles);
+        let before = mesh.triangles.len();
+        cut.add(&corners, positions, &mut mesh.triangles);
+        let cut_now = &mut mesh.triangles[before..];
+        if let Some(numbers) = &mut numbers {
+            let first = numbers.take(arity);
+            mesh.vertices.extend(cut_now.iter().map(|t| t.map(|corner| first + corner)));
+        }
+        cut_now.iter_mut().flatten().for_each(|v| *v = corners[*v as usize]);
     }
     Ok(())
 }

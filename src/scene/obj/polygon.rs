@@ -33,7 +33,7 @@ impl Triangulator {
         self.large_work <= MAX_LARGE_WORK
     }
 
-    /// Append the triangles of one face. `corners` index `positions`; fewer than three give nothing.
+    /// Append the triangles of one face, which have the numbers of its corners, from 0. `corners` index `positions`; fewer than three give nothing.
     ///
     /// Concave faces are cut along diagonals inside them: by the two diagonals' signs for quadrilaterals, by ear clipping in
     /// the plane for more corners. A face that crosses itself, has no area or is not finite becomes a fan about its
@@ -47,7 +47,7 @@ impl Triangulator {
             3 => {}
             4 => {
                 if prefers_other_diagonal([at(0), at(1), at(2), at(3)]) {
-                    out.extend([[0, 1, 3], [1, 2, 3]].map(|t| t.map(|i: usize| corners[i])));
+                    out.extend([[0, 1, 3], [1, 2, 3]]);
                     return;
                 }
             }
@@ -57,14 +57,13 @@ impl Triangulator {
                     self.flat.clear();
                     self.flat.extend((0..n).map(|i| project.apply(at(i))));
                     if self.clip_ears(out) {
-                        out[first..].iter_mut().flatten().for_each(|v| *v = corners[*v as usize]);
                         return;
                     }
                     out.truncate(first);
                 }
             }
         }
-        out.extend((1..n - 1).map(|i| [corners[0], corners[i], corners[i + 1]]));
+        out.extend((1..n as u32 - 1).map(|i| [0, i, i + 1]));
     }
 
     /// Cut the polygon in `flat`, which winds counter-clockwise; the triangles hold numbers of its corners. False if they

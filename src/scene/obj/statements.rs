@@ -1,3 +1,4 @@
+use super::corners::Gap;
 use super::names::{part_name, readable};
 use super::words::{Words, parse_digits, split_word};
 use crate::scene::options::BOM;
@@ -26,6 +27,10 @@ pub(super) struct Statements<'a, 's> {
     used: Vec<bool>,
     positions: u64,
     triangles: u64,
+    /// Faces and corners of `f` and `fo` so far, and those corners that belong to no face, where corners are numbered.
+    faces: u64,
+    corners: u64,
+    gaps: Vec<Gap>,
     /// Vertex numbers that faces use before their positions are there, and the largest of them with its line.
     ahead: Vec<u64>,
     farthest: Option<(u64, u64)>,
@@ -93,6 +98,9 @@ impl<'a, 's> Statements<'a, 's> {
             used: Vec::new(),
             positions: 0,
             triangles: 0,
+            faces: 0,
+            corners: 0,
+            gaps: Vec::new(),
             ahead: Vec::new(),
             farthest: None,
             run: Run::default(),
@@ -107,8 +115,8 @@ impl<'a, 's> Statements<'a, 's> {
         }
     }
 
-    /// The counts, or the reason why reading stopped: this reader's own, or what `tobj` found at the current line.
-    pub fn finish(mut self, error: Option<&tobj::LoadError>) -> Result<Counts, SceneError> {
+    /// The counts and the corners without a face, or the reason why reading stopped: this reader's own, or what `tobj` found at the current line.
+    pub fn finish(mut self, error: Option<&tobj::LoadError>) -> Result<(Counts, Vec<Gap>), SceneError> {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
         }
@@ -134,11 +142,12 @@ impl<'a, 's> Statements<'a, 's> {
             self.used[vertex as usize - 1] = true;
         }
         self.pay()?;
-        Ok(Counts {
+        let counts = Counts {
             skipped: self.skipped,
             unreferenced: self.used.iter().filter(|u| !**u).count() as u64,
             parts: self.parts,
-        })
+        };
+        Ok((counts, self.gaps))
     }
 
     /// The statement at hand; empty at the end of the file.
@@ -325,10 +334,12 @@ impl<'a, 's> Statements<'a, 's> {
             }
             corners += 1;
         }
+        self.number_corners(corners)?;
         if corners < 3 {
             self.skipped += 1;
             return Ok(false);
         }
+        self.faces += 1;
         self.triangles += corners - 2;
         if self.triangles > u64::from(u32::MAX) {
             return Err(self.too_many("triangles"));
@@ -352,6 +363,24 @@ impl<'a, 's> Statements<'a, 's> {
         }
         self.out.push(b'\n');
         Ok(false)
+    }
+
+    /// Count the corners of a statement, if they are to have numbers.
+    fn number_corners(&mut self, corners: u64) -> Result<(), SceneError> {
+        if !self.source.options.vertices {
+            return Ok(());
+        }
+        self.corners += corners;
+        if self.corners > u64::from(u32::MAX) {
+            return Err(self.too_many("corners of faces"));
+        }
+        if corners < 3 {
+            self.gaps.push(Gap { face: self.faces, corners });
+            self.unpaid += size_of::<Gap>() as u64;
+        } else {
+            self.unpaid += (corners - 2) * size_of::<[u32; 3]>() as u64;
+        }
+        Ok(())
     }
 
     /// A face's vertex number, counted from 1. Negative numbers count back from the latest position.

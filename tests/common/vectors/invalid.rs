@@ -3,8 +3,8 @@
 use bvhc::cache::check::{Level, Limits, Report, Source, check_bytes};
 use bvhc::cache::rules::{self, Rule};
 use bvhc::cache::{
-    Codec, Header, Image, InstanceRecord, SectionEntry, SectionKind, TriangleRecord, WriteOptions, section_flags,
-    to_bytes, tree_flags,
+    Codec, Header, Image, InstanceRecord, NO_NODE, SectionEntry, SectionKind, TriangleRecord, WriteOptions,
+    section_flags, to_bytes, tree_flags,
 };
 use bvhc::exec::Executor;
 use bvhc::geom::Affine;
@@ -79,7 +79,7 @@ fn container() -> Vec<Invalid> {
         broken(&rules::E0101, plane()[..200].to_vec()),
         broken(&rules::E0102, text_mode),
         head(&rules::E0103, |h| h.major = 2),
-        head(&rules::E0104, |h| (h.minor, h.min_minor) = (1, 1)),
+        head(&rules::E0104, |h| (h.minor, h.min_minor) = (bvhc::cache::MINOR + 1, bvhc::cache::MINOR + 1)),
         head(&rules::E0105, |h| h.header_len = 192),
         head(&rules::E0106, |h| h.file_len += 64),
         head(&rules::E0107, |h| h.features_required = 1 << 9),
@@ -156,6 +156,8 @@ fn hashes() -> Vec<Invalid> {
     replace(bytes::stored(&mut absolute, SectionKind::META), b"vector.obj", b"/ector.obj");
     let mut names = file(&valid::parts());
     bytes::stored(&mut names, SectionKind::NAMS)[8] = 200; // where the first name ends
+    let mut materials = file(&valid::origins());
+    bytes::stored(&mut materials, SectionKind::MATS)[8] = 200;
     vec![
         broken(&rules::E0201, flipped),
         packed(&rules::E0202, with_entry(valid::packed(), SectionKind::TRIS, |e| e.raw_hash[0] ^= 1)),
@@ -166,6 +168,7 @@ fn hashes() -> Vec<Invalid> {
         broken(&rules::E0207, with_header(plane(), |h| h.build_key[0] ^= 1)),
         broken(&rules::E0208, refix(names)),
         broken(&rules::E0209, refix(absolute)),
+        broken(&rules::E0210, refix(materials)),
     ]
 }
 
@@ -223,7 +226,22 @@ fn counts() -> Vec<Invalid> {
         edited(&rules::E0318, |i| i.geoms[0].kept_count -= 1),
         edited(&rules::E0319, |i| i.blases[0].prim_count += 1),
         edited(&rules::E0320, |i| i.geoms[0].name_hash[31] ^= 1),
+        origins(&rules::E0321, |i| i.vertices.truncate(i.triangles.len() - 1)),
+        origins(&rules::E0322, |i| {
+            let copy = (0..i.triangles.len()).rev().find(|&t| i.triangles[t].prim == 0).unwrap();
+            i.vertices[copy] = [100, 101, 102];
+        }),
+        origins(&rules::E0323, |i| {
+            let other = i.triangles.iter().position(|t| t.prim == 3).unwrap();
+            i.vertices[other][0] = 20;
+        }),
+        origins(&rules::E0324, |i| i.sides[0] |= 2),
+        origins(&rules::E0325, |i| i.geoms[0].baked_node = NO_NODE),
     ]
+}
+
+fn origins(rule: &'static Rule, edit: fn(&mut Image)) -> Invalid {
+    image(rule, valid::origins(), edit)
 }
 
 fn zero_node() -> Node {
@@ -416,7 +434,12 @@ fn source() -> Vec<Invalid> {
     let tree_of_seven = tree(&seven(), 1);
     let other_input =
         to_bytes(&one_level(seven(), tree_of_seven), &meta, &WriteOptions::default(), &Executor::current()).unwrap();
+    let mut numbered = seven();
+    numbered.vertices.clone_from(&numbered.triangles);
+    let mut misnumbered = numbered.clone();
+    misnumbered.vertices[2] = [90, 91, 92];
     vec![
+        against(&rules::E0607, made_from(misnumbered), numbered),
         against(&rules::E0601, made_from(six), seven()),
         against(&rules::E0602, made_from(sheet(2, 0.0)), seven()),
         against(&rules::E0603, made_from(moved), seven()),
@@ -439,6 +462,11 @@ fn cases() -> Vec<Invalid> {
         case(&rules::E0123, "meta-records", with_entry(plane(), SectionKind::META, |e| e.elem_count = 3)),
         case(&rules::E0208, "names-of-nobody", names_of_nobody()),
         case(&rules::E0320, "no-names", put_together(header, nameless)),
+        case(&rules::E0210, "materials-of-nobody", materials_of_nobody()),
+        Invalid { case: "nobody", ..origins(&rules::E0324, |i| i.sides[0] = 0) },
+        Invalid { case: "short", ..origins(&rules::E0324, |i| i.sides.push(1)) },
+        Invalid { case: "material", ..other_origin(|part| part.material = "oak".into()) },
+        Invalid { case: "mirrored", ..other_origin(|part| part.mirrored = true) },
         Invalid { packed: true, ..case(&rules::E0311, "bomb", bomb(8)) },
         Invalid { packed: true, ..case(&rules::E0410, "bomb", bomb(BOMB)) },
         case(&rules::E0425, "square-inside", file(&square_inside())),
@@ -478,6 +506,24 @@ fn names_of_nobody() -> Vec<u8> {
     let names: [u8; 12] = [1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
     let added = bytes::with_section(&file(&one_level(mesh, tree)), *b"NAMS", section_flags::COPY_SAFE, &names);
     with_entry(added, SectionKind::NAMS, |e| e.elem_count = 1)
+}
+
+/// MATS with empty names alone, which is left out where no part has a material.
+fn materials_of_nobody() -> Vec<u8> {
+    let names: [u8; 12] = [1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    let flags = section_flags::COPY_SAFE | section_flags::CONTENT;
+    let added = bytes::with_section(&plane(), *b"MATS", flags, &names);
+    with_entry(added, SectionKind::MATS, |e| e.elem_count = 1)
+}
+
+/// A file of a model whose part is another one in what no row of GEOM says.
+fn other_origin(edit: fn(&mut bvhc::scene::Part)) -> Invalid {
+    let mut mesh = seven();
+    mesh.parts[0].baked_node = Some(2);
+    let tree = tree(&mesh, 1);
+    let file = file(&one_level(mesh.clone(), tree));
+    edit(&mut mesh.parts[0]);
+    Invalid { source: Some(Model { meshes: vec![mesh], instances: None }), ..broken(&rules::E0604, file) }
 }
 
 /// Four leaves that hold the corners, the edges and the middle of a triangle, and not a square inside.

@@ -1,6 +1,8 @@
 //! Files that every reader must accept.
 
-use bvhc::cache::{Codec, Header, Image, SectionEntry, SectionKind, WriteOptions, section_flags, to_bytes, tree_flags};
+use bvhc::cache::{
+    Codec, Header, Image, SectionEntry, SectionKind, WriteOptions, section_flags, side_flags, to_bytes, tree_flags,
+};
 use bvhc::exec::Executor;
 
 use super::bytes::{self, file};
@@ -29,6 +31,7 @@ pub fn all() -> Vec<Valid> {
         raw("depth-64", file(&one_level(deep_mesh, deep_tree))),
         raw("unknown-ancillary-section", unknown_ancillary()),
         raw("longer-header", longer_header()),
+        raw("origins", file(&origins())),
         Valid { name: "zstd", bytes: packed(), packed: true },
     ]
 }
@@ -54,18 +57,28 @@ pub fn duplicates() -> Image {
     cut_in_two([&[0, 1], &[0, 2], &[3]])
 }
 
+/// Everything that leads back to the model: vertices, of a triangle that stands in two leaves among others, a mirrored part, and materials.
+pub fn origins() -> Image {
+    let mut image = duplicates();
+    image.vertices = image.triangles.iter().map(|t| [0, 1, 2].map(|corner| 10 * t.prim + corner)).collect();
+    image.geoms[0].baked_node = 3;
+    image.sides = vec![side_flags::MIRRORED];
+    image.materials = vec!["brick %FF".into()];
+    image
+}
+
 pub fn unknown_ancillary() -> Vec<u8> {
     bytes::with_section(&file(&plane()), *b"XTRA", section_flags::COPY_SAFE, b"something from a later version")
 }
 
-/// As a later minor version may write it: 64 more header bytes, which a reader of version 1.0 skips.
+/// As a later minor version may write it: 64 more header bytes, which a reader of this version skips.
 fn longer_header() -> Vec<u8> {
     let (header, sections) = bytes::take_apart(&file(&plane()));
     let short = bytes::put_together(header, sections);
     let mut long = short.clone();
     long.splice(Header::LEN..Header::LEN, [7u8; 64]);
     let mut header = header_of(&long);
-    (header.minor, header.header_len, header.section_table_off) = (1, 320, 320);
+    (header.minor, header.header_len, header.section_table_off) = (bvhc::cache::MINOR + 1, 320, 320);
     header.file_len += 64;
     let table_end = 320 + header.section_count as usize * SectionEntry::LEN;
     for at in (320..table_end).step_by(SectionEntry::LEN) {

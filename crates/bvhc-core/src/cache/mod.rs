@@ -9,6 +9,7 @@ mod error;
 mod head;
 pub mod keys;
 mod meta;
+mod origin;
 #[cfg(feature = "zstd")]
 mod pack;
 mod reader;
@@ -18,7 +19,7 @@ pub mod rules;
 pub use crate::layout::{
     BlasRecord, BlasView, GeomRecord, Header, InstanceRecord, KINDS, KNOWN_REQUIRED_FEATURES, KindRule, MAGIC, MAJOR,
     MAX_SECTIONS, MAX_STRING_LEN, MIN_MINOR, MINOR, NO_NODE, Names, Presence, SectionEntry, SectionKind,
-    TriangleRecord, View, clip_name, section_flags, tree_flags,
+    TriangleRecord, View, clip_name, minor_of, section_flags, side_flags, tree_flags,
 };
 pub use error::{CacheError, ErrorKind, Limited};
 pub use head::Head;

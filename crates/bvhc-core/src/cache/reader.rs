@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use bytemuck::Pod;
 
@@ -16,9 +17,7 @@ use super::rules::Severity;
 use super::{Header, Meta, View, check};
 use crate::exec::Executor;
 use crate::layout::Node;
-use crate::layout::{
-    BlasRecord, GeomRecord, InstanceRecord, Names, SectionEntry, SectionKind, TriangleRecord, section_flags,
-};
+use crate::layout::{BlasRecord, GeomRecord, InstanceRecord, SectionEntry, SectionKind, TriangleRecord, section_flags};
 
 /// How deeply a file is looked into when it is opened. Each level includes the ones before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -68,7 +67,9 @@ pub struct Opened<'a> {
     container: Container,
     /// The decoded bytes of each packed section, parallel to the section table.
     decoded: Vec<Option<AlignedBytes>>,
-    places: Places,
+    pub(super) places: Places,
+    /// For each instance of the scene its record; filled when it is first asked for.
+    pub(super) by_id: OnceLock<Vec<u32>>,
     meta: Option<Meta>,
     meta_error: Option<String>,
     validation: Validation,
@@ -129,14 +130,17 @@ impl FileBytes<'_> {
 
 /// Index of each kind's table entry, number 0.
 #[derive(Clone, Copy)]
-struct Places {
+pub(super) struct Places {
     node: Option<usize>,
     tris: Option<usize>,
     geom: Option<usize>,
     blas: Option<usize>,
     tnod: Option<usize>,
     inst: Option<usize>,
-    nams: Option<usize>,
+    pub vert: Option<usize>,
+    pub side: Option<usize>,
+    pub nams: Option<usize>,
+    pub mats: Option<usize>,
 }
 
 impl Opened<'static> {
@@ -208,12 +212,16 @@ impl<'a> Opened<'a> {
             blas: find(SectionKind::BLAS),
             tnod: find(SectionKind::TNOD),
             inst: find(SectionKind::INST),
+            vert: find(SectionKind::VERT),
+            side: find(SectionKind::SIDE),
             nams: find(SectionKind::NAMS),
+            mats: find(SectionKind::MATS),
         };
         let meta_place = find(SectionKind::META);
         let decoded = container.entries.iter().map(|_| None).collect();
         let (meta, meta_error, validation) = (None, None, options.validation);
-        let mut cache = Opened { bytes, container, decoded, places, meta, meta_error, validation };
+        let by_id = OnceLock::new();
+        let mut cache = Opened { bytes, container, decoded, places, by_id, meta, meta_error, validation };
         cache.fill(meta_place, options, exec).map_err(|fault| fault.of(name))?;
         if options.validation >= Validation::Tree {
             cache.check_records(exec).map_err(|fault| fault.of(name))?;
@@ -288,7 +296,15 @@ impl<'a> Opened<'a> {
     /// Look into every record and say the first thing that is wrong.
     fn check_records(&self, exec: &Executor) -> Result<(), Fault> {
         let limits = check::Limits { max_issues: 1, ..check::Limits::default() };
-        let report = check::check_records(&self.view(), self.header().tree_flags, Some(self.header()), &limits, exec);
+        let view = self.view();
+        let mut report = check::check_records(&view, self.header().tree_flags, Some(self.header()), &limits, exec);
+        let section = |place: Option<usize>| place.and_then(|i| self.section_bytes(i));
+        if section(self.places.vert).is_some() {
+            report.append(check::check_vertices(&view, self.records(self.places.vert), &limits, exec));
+        }
+        if section(self.places.side).is_some() {
+            check::check_sides(view.geoms, self.records(self.places.side), &mut report);
+        }
         let error = report.findings.into_iter().find(|f| f.rule.severity() == Severity::Error);
         error.map_or(Ok(()), |f| Err(Fault::invalid(f.rule.id, format!("{}: {}", f.place, f.detail))))
     }
@@ -367,11 +383,6 @@ impl<'a> Opened<'a> {
         self.records(self.places.inst)
     }
 
-    /// The names of the parts, parallel to [`Cache::geoms`]; empty where the file has none.
-    pub fn names(&self) -> Names<'_> {
-        Names::new(self.places.nams.and_then(|i| self.section_bytes(i)).unwrap_or_default())
-    }
-
     /// The decoded bytes of section `index` of [`Cache::sections`]; `None` for an unknown codec, for a section that may be ignored and
     /// cannot be decoded, and at [`Validation::Quick`] for packed sections of unknown kinds.
     pub fn section_bytes(&self, index: usize) -> Option<&[u8]> {
@@ -388,7 +399,7 @@ impl<'a> Opened<'a> {
         range.and_then(|range: Range<usize>| self.bytes.as_slice().get(range)).unwrap_or_default()
     }
 
-    fn records<T: Pod>(&self, place: Option<usize>) -> &[T] {
+    pub(super) fn records<T: Pod>(&self, place: Option<usize>) -> &[T] {
         let bytes = place.and_then(|i| self.section_bytes(i)).unwrap_or_default();
         // Offsets are multiples of 64 in memory that starts at one, and lengths are multiples of the record's: both were checked.
         bytemuck::try_cast_slice(bytes).unwrap_or_default()

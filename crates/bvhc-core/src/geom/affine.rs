@@ -53,6 +53,12 @@ impl Affine {
         a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
     }
 
+    /// Whether it turns left into right: its determinant is negative. Never where it is not finite.
+    #[inline]
+    pub fn mirrors(&self) -> bool {
+        self.determinant() < 0.0
+    }
+
     /// The inverse map, or `None` when the matrix is singular or not finite.
     #[inline]
     pub fn inverse(&self) -> Option<Affine> {

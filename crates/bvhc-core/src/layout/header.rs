@@ -10,8 +10,9 @@ compile_error!(
 pub const MAGIC: [u8; 8] = *b"\x89BVH\r\n\x1A\n";
 /// Format major version: a reader of one major reads no other.
 pub const MAJOR: u16 = 1;
-/// Format minor version that this crate writes and fully understands.
-pub const MINOR: u16 = 0;
+/// Format minor version that this crate fully understands. What it writes states the lowest one that has all of the file's sections:
+/// [`minor_of`](super::minor_of).
+pub const MINOR: u16 = 1;
 /// Smallest reader minor that can read what this crate writes.
 pub const MIN_MINOR: u16 = 0;
 /// Bits of [`Header::features_required`] that this crate understands: none is assigned yet.

@@ -10,6 +10,8 @@ mod view;
 pub use header::{Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MAX_SECTIONS, MIN_MINOR, MINOR};
 pub use names::{MAX_STRING_LEN, Names, clip, clip_name, encode_names};
 pub use node::{MAX_DEPTH, Node, max_depth};
-pub use records::{BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, orientation, tree_flags};
-pub use section::{KINDS, KindRule, Presence, SectionEntry, SectionKind, section_flags};
+pub use records::{
+    BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, orientation, side_flags, tree_flags,
+};
+pub use section::{KINDS, KindRule, Presence, SectionEntry, SectionKind, minor_of, section_flags};
 pub use view::{BlasView, View};

@@ -1,4 +1,4 @@
-//! `NAMS`: the names of the source parts, one for each row of `GEOM`.
+//! `NAMS` and `MATS`: the names of the source parts and of their materials, one for each row of `GEOM`.
 //!
 //! A string table in three pieces: two counts, the end of each name, the text. Names are looked up one at a time and bounds-checked
 //! then, so opening a file costs nothing however many there are.
@@ -17,7 +17,7 @@ pub fn clip(text: &str, max: usize) -> &str {
     &text[..end.unwrap_or(0)]
 }
 
-/// The section's bytes, or `None` where no part has a name or the text would not fit 32-bit offsets.
+/// A section's bytes, or `None` where no name has a letter or the text would not fit 32-bit offsets.
 pub fn encode_names(names: &[String]) -> Option<Vec<u8>> {
     let text_len: usize = names.iter().map(|n| clip_name(n).len()).sum();
     let (count, text_len) = (u32::try_from(names.len()).ok()?, u32::try_from(text_len).ok()?);

@@ -122,6 +122,12 @@ const _: () = assert!(size_of::<GeomRecord>() == 64);
 const _: () = assert!(size_of::<BlasRecord>() == 64);
 const _: () = assert!(size_of::<InstanceRecord>() == 128);
 
+/// Bits of a word of `SIDE`.
+pub mod side_flags {
+    /// The transform that was baked into the part's positions mirrors: `(v1 − v0) × (v2 − v0)` points to the back.
+    pub const MIRRORED: u32 = 1;
+}
+
 crate::pod::plain! {
     TriangleRecord = [[f32; 3], u32, [f32; 3], u32, [f32; 3], u32];
     GeomRecord = [[u32; 8], [u8; 32]];

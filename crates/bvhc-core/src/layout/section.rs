@@ -6,7 +6,7 @@ use std::fmt;
 pub struct SectionEntry {
     /// What the section holds.
     pub kind: SectionKind,
-    /// Tells sections of one kind apart; 0 for every kind of version 1.0.
+    /// Tells sections of one kind apart; 0 for every kind of this version.
     pub ordinal: u32,
     /// Bits of [`section_flags`].
     pub flags: u32,
@@ -87,12 +87,18 @@ impl SectionKind {
     pub const TNOD: SectionKind = SectionKind(*b"TNOD");
     /// Instances in TLAS leaf order: [`InstanceRecord`](super::InstanceRecord).
     pub const INST: SectionKind = SectionKind(*b"INST");
+    /// Which vertices of the source each triangle has: three numbers for each record of `TRIS`. Since version 1.1.
+    pub const VERT: SectionKind = SectionKind(*b"VERT");
+    /// Which parts were mirrored when they were baked: a word of [`side_flags`](super::side_flags) for each row of `GEOM`. Since version 1.1.
+    pub const SIDE: SectionKind = SectionKind(*b"SIDE");
     /// The names of the parts in `GEOM`.
     pub const NAMS: SectionKind = SectionKind(*b"NAMS");
+    /// The names of their materials. Since version 1.1.
+    pub const MATS: SectionKind = SectionKind(*b"MATS");
     /// Provenance: `Meta`.
     pub const META: SectionKind = SectionKind(*b"META");
 
-    /// What version 1.0 says about this kind, or `None` for an unknown one.
+    /// What this version says about this kind, or `None` for an unknown one.
     pub fn rule(self) -> Option<&'static KindRule> {
         KINDS.iter().find(|rule| rule.kind == self)
     }
@@ -119,7 +125,7 @@ pub mod section_flags {
     pub const COPY_SAFE: u32 = 2;
     /// The section is part of `content_id`.
     pub const CONTENT: u32 = 4;
-    /// Every bit that version 1.0 assigns.
+    /// Every bit that this version assigns.
     pub const ALL: u32 = 7;
 }
 
@@ -137,8 +143,10 @@ pub struct KindRule {
     pub elem_size: u32,
     /// In which files the kind stands.
     pub presence: Presence,
-    /// Sections of this kind have the numbers below this one: 1 for every kind of version 1.0.
+    /// Sections of this kind have the numbers below this one: 1 for every kind of this version.
     pub ordinals: u32,
+    /// The minor version that brought it.
+    pub since: u16,
 }
 
 /// When a known kind stands in a file. No kind and number stand there twice.
@@ -153,11 +161,14 @@ pub enum Presence {
     Optional,
 }
 
-/// The kinds of version 1.0, in the order in which this crate writes them.
-pub const KINDS: [KindRule; 8] = {
+/// The kinds of this version, in the order in which this crate writes them.
+pub const KINDS: [KindRule; 11] = {
     use section_flags::{CONTENT, COPY_SAFE, CRITICAL};
     const fn rule(kind: SectionKind, flags: u32, elem_size: u32, presence: Presence) -> KindRule {
-        KindRule { kind, schema: 1, flags, elem_size, presence, ordinals: 1 }
+        KindRule { kind, schema: 1, flags, elem_size, presence, ordinals: 1, since: 0 }
+    }
+    const fn since(minor: u16, rule: KindRule) -> KindRule {
+        KindRule { since: minor, ..rule }
     }
     [
         rule(SectionKind::NODE, CRITICAL | CONTENT, 32, Presence::Always),
@@ -166,7 +177,15 @@ pub const KINDS: [KindRule; 8] = {
         rule(SectionKind::BLAS, CRITICAL | CONTENT, 64, Presence::Always),
         rule(SectionKind::TNOD, CRITICAL | CONTENT, 32, Presence::TwoLevel),
         rule(SectionKind::INST, CRITICAL | CONTENT, 128, Presence::TwoLevel),
+        since(1, rule(SectionKind::VERT, COPY_SAFE | CONTENT, 12, Presence::Optional)),
+        since(1, rule(SectionKind::SIDE, COPY_SAFE | CONTENT, 4, Presence::Optional)),
         rule(SectionKind::NAMS, COPY_SAFE, 0, Presence::Optional),
+        since(1, rule(SectionKind::MATS, COPY_SAFE | CONTENT, 0, Presence::Optional)),
         rule(SectionKind::META, COPY_SAFE, 0, Presence::Optional),
     ]
 };
+
+/// The lowest minor version that knows all of these kinds: what a file with them states. Kinds that this version does not know do not count.
+pub fn minor_of(kinds: impl IntoIterator<Item = SectionKind>) -> u16 {
+    kinds.into_iter().filter_map(|kind| kind.rule()).map(|rule| rule.since).max().unwrap_or(0)
+}

@@ -3,7 +3,7 @@
 use super::{Hit, Malformed, NoObserver, try_any_hit, try_closest_hit};
 use crate::cache::Opened;
 use crate::exec::Executor;
-use crate::geom::Ray;
+use crate::geom::{Affine, Ray};
 use crate::layout::View;
 
 /// Rays of one task: enough to outweigh its start, few enough that threads end together.
@@ -29,6 +29,30 @@ impl View<'_> {
 }
 
 impl Opened<'_> {
+    /// The normal of the triangle that a ray of this file hit, in world space and not of length 1: it points to the triangle's front,
+    /// whatever instance or baked transform mirrors it. A ray comes from the front where its product with the direction is negative.
+    ///
+    /// `None` for a hit in another file.
+    ///
+    /// ```
+    /// # use bvhc_core::{cache::Opened, geom::Ray, trace::Hit};
+    /// fn is_from_front(cache: &Opened<'_>, ray: &Ray, hit: &Hit) -> Option<bool> {
+    ///     let normal = cache.normal(hit)?;
+    ///     Some((0..3).map(|axis| normal[axis] * f64::from(ray.direction[axis])).sum::<f64>() < 0.0)
+    /// }
+    /// ```
+    pub fn normal(&self, hit: &Hit) -> Option<[f64; 3]> {
+        let triangle = self.triangles().get(hit.triangle).filter(|t| t.geom == hit.geom)?;
+        let [v0, v1, v2] = triangle.corners().map(|p| p.map(f64::from));
+        let (a, b) = ([0, 1, 2].map(|i| v1[i] - v0[i]), [0, 1, 2].map(|i| v2[i] - v0[i]));
+        let turn = if self.is_mirrored(hit.geom) { -1.0 } else { 1.0 };
+        let n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]].map(|c| turn * c);
+        let Some(id) = hit.instance else { return Some(n) };
+        // A normal goes into the world by the transposed inverse: the columns of the way back.
+        let rows = Affine::from_f32(&self.instances()[self.instance_record(id)?].world_to_object).rows;
+        Some([0, 1, 2].map(|i| rows[0][i] * n[0] + rows[1][i] * n[1] + rows[2][i] * n[2]))
+    }
+
     /// The nearest point where the ray meets the scene; see [`closest_hit`](super::closest_hit).
     ///
     /// # Errors

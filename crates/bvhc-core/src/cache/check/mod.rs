@@ -19,7 +19,9 @@ mod hashes;
 mod identity;
 mod instances;
 mod provenance;
+mod sides;
 mod topology;
+mod vertices;
 
 use bytemuck::Pod;
 
@@ -28,7 +30,7 @@ use super::container::Container;
 use super::meta::Meta;
 use super::rules;
 use crate::exec::Executor;
-use crate::layout::{SectionEntry, SectionKind, View, tree_flags};
+use crate::layout::{Names, SectionEntry, SectionKind, View, tree_flags};
 use hashes::Decoded;
 
 pub use super::container::hex;
@@ -36,6 +38,8 @@ pub use super::report::{Finding, Place, Report};
 pub use content::check_records;
 pub(super) use counts::check_rows;
 pub use identity::Bits;
+pub use sides::check as check_sides;
+pub use vertices::check as check_vertices;
 
 /// How deep to look. Each level includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -65,8 +69,21 @@ impl Default for Limits {
     }
 }
 
-/// Compares the records of a file with the model that it was built from, and adds what it finds to the report.
-pub type AgainstSource<'a> = &'a dyn Fn(&View<'_>, Option<&Meta>, &mut Report);
+/// Everything that a file says of its model.
+#[derive(Clone, Copy, Debug)]
+pub struct Content<'a> {
+    pub view: View<'a>,
+    pub meta: Option<&'a Meta>,
+    /// `None` where there is no `VERT`.
+    pub vertices: Option<&'a [[u32; 3]]>,
+    /// Empty where there is no `SIDE`.
+    pub sides: &'a [u32],
+    /// Empty where there is no `MATS`.
+    pub materials: Names<'a>,
+}
+
+/// Compares the content of a file with the model that it was built from, and adds what it finds to the report.
+pub type AgainstSource<'a> = &'a dyn Fn(&Content<'_>, &mut Report);
 
 /// Check a file's bytes as deeply as `level` says; [`Level::Source`] needs `source` and is [`Level::Tree`] without.
 pub fn check_bytes(
@@ -159,8 +176,22 @@ fn check_content(
         }
         None => {} // it is there and cannot be read, which has been said
     }
+    let vertices = find(SectionKind::VERT).map(|(bytes, _)| records(bytes));
+    let sides = find(SectionKind::SIDE).map(|(bytes, _)| records(bytes));
+    let materials = find(SectionKind::MATS);
+    if let Some(vertices) = vertices {
+        out.append(check_vertices(&view, vertices, limits, exec));
+    }
+    if let Some(sides) = sides {
+        check_sides(view.geoms, sides, out);
+    }
+    if let Some((bytes, entry)) = materials {
+        provenance::check_materials(bytes, entry.elem_count, view.geoms.len(), out);
+    }
     if let Some(source) = source {
-        source(&view, meta.as_ref(), out);
+        let materials = Names::new(materials.map(|(bytes, _)| bytes).unwrap_or_default());
+        let sides = sides.unwrap_or_default();
+        source(&Content { view, meta: meta.as_ref(), vertices, sides, materials }, out);
     }
 }
 

@@ -1,10 +1,10 @@
-//! `META` and `NAMS`: what traversal does not need, but people and build systems do.
+//! `META`, `NAMS` and `MATS`: what traversal does not need, but people and build systems do.
 
 use crate::cache::container::hex;
 use crate::cache::error::FaultClass;
 use crate::cache::meta::Meta;
 use crate::cache::report::{Place, Report};
-use crate::cache::rules;
+use crate::cache::rules::{self, Rule};
 use crate::layout::{GeomRecord, Header, MAX_STRING_LEN, SectionKind};
 
 /// META in its one encoding, and the build key that follows from it.
@@ -41,14 +41,36 @@ pub fn check_nameless(geoms: &[GeomRecord], out: &mut Report) {
     }
 }
 
-/// One name for each part: the table adds up, the text is UTF-8, and each name has the hash that its part states.
+/// One name for each part, and each has the hash that its part states.
 ///
 /// `stated`: the section's `elem_count`.
 pub fn check_names(bytes: &[u8], stated: u64, geoms: &[GeomRecord], out: &mut Report) {
-    let at = Place::section(SectionKind::NAMS);
+    check_strings((SectionKind::NAMS, &rules::E0208), bytes, stated, geoms.len(), out, |i, name, out| {
+        let hash = if name.is_empty() { [0; 32] } else { *blake3::hash(name).as_bytes() };
+        if let Some(geom) = geoms.get(i).filter(|geom| geom.name_hash != hash) {
+            let place = Place::record(SectionKind::GEOM, i as u64);
+            out.add(&rules::E0320, place, || (hex(&hash), hex(&geom.name_hash)));
+        }
+    });
+}
+
+/// One material's name for each part.
+pub fn check_materials(bytes: &[u8], stated: u64, parts: usize, out: &mut Report) {
+    check_strings((SectionKind::MATS, &rules::E0210), bytes, stated, parts, out, |_, _, _| ());
+}
+
+/// One name for each part: the table adds up, and the text is UTF-8. `each` sees every name before the first that is broken.
+fn check_strings(
+    (kind, rule): (SectionKind, &'static Rule),
+    bytes: &[u8],
+    stated: u64,
+    count: usize,
+    out: &mut Report,
+    mut each: impl FnMut(usize, &[u8], &mut Report),
+) {
+    let at = Place::section(kind);
     let word = |i: usize| Some(u32::from_le_bytes(bytes.get(i.checked_mul(4)?..)?.get(..4)?.try_into().ok()?));
-    let mut refuse = |expected: String, actual: String| out.add(&rules::E0208, at, || (expected, actual));
-    let count = geoms.len();
+    let mut refuse = |expected: String, actual: String| out.add(rule, at, || (expected, actual));
     let (Some(names), Some(text_len)) = (word(0), word(1)) else {
         return refuse("the section must have 8 bytes at least".into(), format!("it has {}", bytes.len()));
     };
@@ -63,32 +85,25 @@ pub fn check_names(bytes: &[u8], stated: u64, geoms: &[GeomRecord], out: &mut Re
             format!("there are {}", text.len()),
         );
     }
-
     if text.is_empty() {
-        return refuse("some part must have a name where there is NAMS".into(), "none has".into());
+        return refuse(format!("some part must have a name where there is {kind}"), "none has".into());
     }
 
     // Cut the text into names.
     let mut start = 0usize;
-    for (i, geom) in geoms.iter().enumerate() {
+    for i in 0..count {
         let end = word(2 + i).unwrap_or(0) as usize;
         let name = if end >= start { text.get(start..end) } else { None };
         let Some(name) = name.filter(|n| n.len() <= MAX_STRING_LEN && std::str::from_utf8(n).is_ok()) else {
             let expected =
                 format!("name {i} must be up to {MAX_STRING_LEN} bytes of UTF-8 within {} bytes", text.len());
-            out.add(&rules::E0208, at, || (expected, format!("it is bytes {start} to {end}")));
+            out.add(rule, at, || (expected, format!("it is bytes {start} to {end}")));
             return;
         };
-        let hash = if name.is_empty() { [0; 32] } else { *blake3::hash(name).as_bytes() };
-        if hash != geom.name_hash {
-            let place = Place::record(SectionKind::GEOM, i as u64);
-            out.add(&rules::E0320, place, || (hex(&hash), hex(&geom.name_hash)));
-        }
+        each(i, name, out);
         start = end;
     }
     if start != text.len() {
-        out.add(&rules::E0208, at, || {
-            (format!("the last name must end at {}", text.len()), format!("it ends at {start}"))
-        });
+        out.add(rule, at, || (format!("the last name must end at {}", text.len()), format!("it ends at {start}")));
     }
 }

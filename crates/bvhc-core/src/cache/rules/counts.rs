@@ -70,4 +70,21 @@ rules! {
     E0320 "part-name", "a part's name does not have the hash that GEOM states",
         "name_hash must be {expected}, GEOM states {actual}", "7-nams",
         means "Parts would be shown under the wrong names.", because FOREIGN_WRITER, remedy REBUILD;
+    E0321 "vertex-count", "VERT has another number of records than TRIS",
+        "VERT must have {expected} records, it has {actual}", "1031-vert-12-bytes",
+        means "The vertices of a hit's triangle could not be found.", because FOREIGN_WRITER, remedy REBUILD;
+    E0322 "vertex-copies", "copies of one triangle have different vertices",
+        "the vertices must be {expected}, VERT states {actual}", "1031-vert-12-bytes",
+        means "Normals and texture coordinates at a hit would depend on the leaf in which the ray found the triangle.",
+        because FOREIGN_WRITER, remedy REBUILD;
+    E0323 "vertex-position", "one vertex of a part stands in two places",
+        "the vertex must be at {expected}, it is at {actual}", "1031-vert-12-bytes",
+        means "Normals and texture coordinates would be taken from other vertices than the triangle's own.",
+        because FOREIGN_WRITER, remedy REBUILD;
+    E0324 "side-records", "SIDE is not one word of known bits for each part",
+        "SIDE must have {expected}, it has {actual}", "1032-side-4-bytes",
+        means "Which side of a baked part is its front could not be told.", because FOREIGN_WRITER, remedy REBUILD;
+    E0325 "side-unbaked", "a part is marked as mirrored that no node's transform was baked into",
+        "a mirrored part must have {expected}, GEOM states {actual}", "1032-side-4-bytes",
+        means "Normals would be turned around that need not be.", because FOREIGN_WRITER, remedy REBUILD;
 }

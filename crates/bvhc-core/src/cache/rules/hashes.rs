@@ -39,4 +39,7 @@ rules! {
         "the name of input {expected} must be relative to the model's folder, it is {actual}", "6-meta",
         means "A tool that looks for the input would leave the model's folder, and the file depends on the machine that it was built on.",
         because FOREIGN_WRITER, remedy REBUILD;
+    E0210 "materials-encoding", "the MATS section cannot be cut into names",
+        "{expected}, but {actual}", "1033-mats",
+        means "Traversal works, but the materials of parts cannot be named.", because FOREIGN_WRITER, remedy REBUILD;
 }

@@ -27,4 +27,8 @@ rules! {
         "{expected}, but {actual}", "11-safety",
         means "The file was built from other bytes. If nothing else was found, the change did not touch the geometry.",
         because STALE, remedy BUILD;
+    E0607 "source-vertices", "a triangle's vertices are not those of the source",
+        "{expected}, but {actual}", "11-safety",
+        means "Normals and texture coordinates at hits would be taken from other vertices than the triangle's own.",
+        because STALE, remedy BUILD;
 }

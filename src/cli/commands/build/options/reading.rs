@@ -27,6 +27,9 @@ pub struct ReadArgs {
     /// Read glTF as if this extension were not in the file, even where the file requires it; may be given again
     #[arg(long = "ignore-extension", value_name = "NAME", value_parser = extension_name)]
     pub ignore_extensions: Vec<String>,
+    /// Keep which vertices of the model each triangle has, to interpolate normals and texture coordinates at hits: 12 bytes a triangle
+    #[arg(long)]
+    pub vertices: bool,
     /// What comes from standard input; told by its content if not given
     #[arg(long, value_name = "FORMAT", value_enum)]
     pub input_format: Option<InputFormat>,
@@ -50,9 +53,10 @@ impl From<InputFormat> for Format {
 
 impl ReadArgs {
     pub fn resolve(&self) -> ReadOptions {
-        let (degenerate, allow_outside, scene) = (self.degenerate, self.allow_outside, self.scene);
+        let (degenerate, allow_outside, scene, vertices) =
+            (self.degenerate, self.allow_outside, self.scene, self.vertices);
         let ignore_extensions = self.ignored();
-        ReadOptions { degenerate, allow_outside, scene, ignore_extensions, ..ReadOptions::default() }
+        ReadOptions { degenerate, allow_outside, scene, ignore_extensions, vertices, ..ReadOptions::default() }
     }
 
     /// The options that decide what is read, for META and the build key; the others only decide whether.
@@ -61,6 +65,9 @@ impl ReadArgs {
         let mut options = vec![("degenerate".into(), self.degenerate.name().to_string()), ("scene".into(), scene)];
         if !self.ignore_extensions.is_empty() {
             options.push(("ignore_extensions".into(), self.ignored().join(",")));
+        }
+        if self.vertices {
+            options.push(("vertices".into(), "true".into()));
         }
         options
     }
