@@ -71,7 +71,7 @@ fn ninja_rebuilds_when_a_buffer_changes_and_only_then() {
         program().display()
     );
     place.write("build.ninja", rules);
-    assert!(run(&place, "ninja", &[]).contains("out.bvhc  1 tris"));
+    assert!(run(&place, "ninja", &[]).contains("out.bvhc  1 tri "));
     assert!(run(&place, "ninja", &[]).contains("no work to do"));
 
     // Ninja keeps what the depfile said in its own log; the buffer, which build.ninja does not name, must be there.
@@ -80,7 +80,7 @@ fn ninja_rebuilds_when_a_buffer_changes_and_only_then() {
     let mut bin = place.read("the: models$#1/my mesh#1.bin");
     bin[12] ^= 1;
     place.write("the: models$#1/my mesh#1.bin", bin);
-    assert!(run(&place, "ninja", &[]).contains("out.bvhc  1 tris"));
+    assert!(run(&place, "ninja", &[]).contains("out.bvhc  1 tri "));
     assert!(run(&place, "ninja", &[]).contains("no work to do"));
 }
 
@@ -97,7 +97,7 @@ fn make_rebuilds_when_a_buffer_changes_and_goes_on_without_it() {
         model.replace('$', "$$")
     );
     place.write("Makefile", rules);
-    assert!(run(&place, "make", &[]).contains("out.bvhc  1 tris"));
+    assert!(run(&place, "make", &[]).contains("out.bvhc  1 tri "));
     assert!(run(&place, "make", &[]).contains("up to date"), "make itself says so");
 
     // A newer time stamp alone makes Make call us; --touch then satisfies it.

@@ -122,7 +122,7 @@ fn the_cases_of_outputs_are_right() {
     }
     for name in ["nul.obj", "nul_long.obj"] {
         copy(&format!("10-nul-at-end-obj/{name}"), name);
-        assert!(place.ok(&format!("build {name} -o {name}.bvhc")).out.contains("  1 tris"), "{name}");
+        assert!(place.ok(&format!("build {name} -o {name}.bvhc")).out.contains("  1 tri "), "{name}");
     }
     for name in ["two_objects.obj", "same_object_name.obj", "slash.obj"] {
         copy(&format!("07-objects-sharing-group-name/{name}"), name);
