@@ -41,6 +41,7 @@ fn values(row: &OptionInfo) -> Vec<String> {
         Kind::Real(least, most) => [least, 0.02, 0.3, most.min(50.0)].map(|v| v.to_string()).to_vec(),
         Kind::Switch => ["true", "false"].map(String::from).to_vec(),
         Kind::Choice(names) => names().into_iter().map(String::from).collect(),
+        other => panic!("{}: no values to try for {other:?}", row.name),
     };
     let usual = row.default_in(Preset::Auto);
     texts.into_iter().filter(|text| row.parse(text).is_ok_and(|value| value != usual)).collect()

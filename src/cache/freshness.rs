@@ -12,7 +12,6 @@ use crate::exec::Executor;
 
 /// What [`freshness`] found.
 #[derive(Debug)]
-#[non_exhaustive]
 pub enum Freshness {
     /// The cache is what a build would write, its codec aside.
     Fresh {

@@ -21,6 +21,7 @@ use part::Part;
 /// What is known of a triangle and its leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Covered {
+    /// The leaves' boxes together contain all of it.
     Whole,
     /// About in the middle of what no leaf covers.
     Hole([f64; 3]),
