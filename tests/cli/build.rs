@@ -442,3 +442,19 @@ fn another_level_of_zstd_is_no_reason_to_build() {
     assert!(place.ok("build a.obj -o a.bvhc --codec zstd:9").out.contains("up to date"));
     assert!(place.ok("build a.obj -o a.bvhc -n").out.contains("codec zstd → raw"));
 }
+
+#[test]
+fn vertices_are_kept_where_they_are_asked_for_and_a_file_without_them_is_then_out_of_date() {
+    let (place, _) = built();
+    let without = place.read("a.bvhc");
+    let asked = place.ok("build a.obj -o a.bvhc --vertices -n").out;
+    assert!(asked.contains("would build: option vertices unset → true"), "{asked}");
+    place.ok("build a.obj -o a.bvhc --vertices");
+    assert!(place.ok("info a.bvhc").out.contains("VERT"));
+    assert!(place.ok("build a.obj -o a.bvhc --vertices").out.contains("up to date"));
+    assert_eq!(place.ok("check a.bvhc --source a.obj").out.lines().count(), 1);
+    let again = place.ok("build a.obj -o a.bvhc -n").out;
+    assert!(again.contains("would build: option vertices true → unset"), "{again}");
+    place.ok("build a.obj -o a.bvhc");
+    assert_eq!(place.read("a.bvhc"), without);
+}

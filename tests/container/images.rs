@@ -79,6 +79,10 @@ pub fn any_image() -> impl Strategy<Value = Image> {
                 (image.nodes.len() as u32, image.triangles.len() as u32);
             let geom = image.geoms[0];
             image.geoms.resize(names.len(), geom);
+            image.materials = if seed % 3 == 0 { names.iter().map(|n| n.repeat(2)).collect() } else { Vec::new() };
+            image.sides = if seed % 5 < 2 { (0..names.len()).map(|i| (i % 2) as u32).collect() } else { Vec::new() };
+            let numbers = |i: u32| [i, i ^ 1, i.wrapping_mul(77)];
+            image.vertices = if seed % 2 == 0 { (0..=n as u32).map(numbers).collect() } else { Vec::new() };
             image.names = if named { names } else { Vec::new() };
             image
         },

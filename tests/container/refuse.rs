@@ -127,7 +127,7 @@ fn what_a_later_version_adds_is_skipped() {
     longer.splice(256..256, [7; 64]);
     let mut header: Header = bytemuck::pod_read_unaligned(&longer[..256]);
     (header.header_len, header.section_table_off, header.file_len) = (320, 320, longer.len() as u64);
-    header.minor = 1;
+    header.minor = bvhc::cache::MINOR + 1;
     let table = 320..320 + 128 * header.section_count as usize;
     for i in 0..header.section_count as usize {
         let at = 320 + 128 * i;

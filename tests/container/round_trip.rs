@@ -1,5 +1,6 @@
 use bvhc::cache::{
-    Cache, Codec, ConvertOptions, Image, Meta, OpenOptions, Validation, WriteOptions, convert, to_bytes, write_file,
+    Cache, Codec, ConvertOptions, Image, Meta, OpenOptions, SectionKind, Validation, WriteOptions, convert, to_bytes,
+    write_file,
 };
 use bvhc::exec::Executor;
 use proptest::prelude::*;
@@ -17,7 +18,7 @@ fn hash_level() -> OpenOptions {
 /// What a reader hands out, as an image again.
 fn content(cache: &Cache) -> Image {
     let view = cache.view();
-    let names = cache.names();
+    let (names, has_sides) = (cache.names(), cache.find(SectionKind::SIDE, 0).is_some());
     Image {
         nodes: view.nodes.to_vec(),
         triangles: view.triangles.to_vec(),
@@ -26,13 +27,20 @@ fn content(cache: &Cache) -> Image {
         tlas_nodes: view.tlas_nodes.to_vec(),
         instances: view.instances.to_vec(),
         names: (0..names.len()).map(|i| names.get(i).unwrap().to_owned()).collect(),
+        materials: (0..cache.materials().len()).map(|i| cache.material(i as u32).to_owned()).collect(),
+        sides: if has_sides {
+            (0..view.geoms.len() as u32).map(|i| u32::from(cache.is_mirrored(i))).collect()
+        } else {
+            Vec::new()
+        },
+        vertices: cache.vertices().to_vec(),
         flags: cache.header().tree_flags,
     }
 }
 
 fn normal(image: &Image) -> Image {
-    let unnamed = image.names.iter().all(String::is_empty);
-    Image { names: if unnamed { Vec::new() } else { image.names.clone() }, ..image.clone() }
+    let named = |names: &Vec<String>| if names.iter().all(String::is_empty) { Vec::new() } else { names.clone() };
+    Image { names: named(&image.names), materials: named(&image.materials), ..image.clone() }
 }
 
 proptest! {

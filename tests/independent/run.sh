@@ -5,7 +5,7 @@
 #   tests/independent/run.sh [-v]
 #
 # Environment: BVHC_MODELS  folder of real scenes (default ../shared/models); BVHC_CASES  folder of cases (default ../shared/cases)
-#              BVHC_TOOL    the program (default: it is built, optimised)
+#              BVHC_TOOL    the program (default: it is built, optimised); BVHC_HITS  the example `hits` (default: it is built with it)
 #
 # Everything is installed below target/independent-tests. Exit status 77: the packages could not be installed, nothing was tested.
 set -euo pipefail
@@ -28,10 +28,10 @@ fi
 python="$work/venv/bin/python"
 export PYTHONDONTWRITEBYTECODE=1
 
-tool="${BVHC_TOOL:-}"
-if [ -z "$tool" ]; then
-    cargo build --quiet --release --bin bvhc
-    tool=target/release/bvhc
+tool="${BVHC_TOOL:-}" hits="${BVHC_HITS:-}"
+if [ -z "$tool" ] || [ -z "$hits" ]; then
+    cargo build --quiet --release --bin bvhc --example hits
+    tool="${tool:-target/release/bvhc}" hits="${hits:-target/release/examples/hits}"
 fi
 
 status=0
@@ -43,6 +43,24 @@ rm -rf "$work/corners"
 "$python" tests/independent/corners.py "$work/corners"
 judge "$@" "$work/corners" samples
 judge "$@" --flag=--degenerate=keep "$work/corners"
+
+# From hits back to the models: normals, texture coordinates, materials and front sides.
+lead_back() {
+    "$python" tests/independent/origins.py --tool "$tool" --hits "$hits" "$@" || status=1
+}
+lead_back --count 3000
+lead_back --count 3000 samples/colonnade.obj samples/forest.gltf
+models="${BVHC_MODELS:-../shared/models}"
+if [ -d "$models" ]; then
+    for model in sponza_dabrovic/sponza.obj legocar/legocar.obj anim_cesium_milk_truck/CesiumMilkTruck.glb \
+        anim_interpolation_test/InterpolationTest.gltf anim_morph_stress/MorphStressTest.gltf tinybvh_balloon/scene.gltf \
+        ldraw_eiffel_tower/ldraw_eiffel_tower.glb; do
+        if [ -f "$models/$model" ]; then lead_back "$models/$model"; else echo "SKIPPED: hits of $model: there is no such model"; fi
+    done
+else
+    echo "SKIPPED: hits of models of $models: there is no such folder"
+fi
+
 for folder in "${BVHC_MODELS:-../shared/models}" "${BVHC_CASES:-../shared/cases}"; do
     if [ -d "$folder" ]; then
         judge "$@" "$folder"

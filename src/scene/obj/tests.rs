@@ -174,16 +174,18 @@ fn every_face_of_n_corners_is_n_minus_2_triangles_in_the_order_of_the_faces() {
         let mut text: String = (0..30)
             .map(|_| format!("v {} {} {}\n", next(grid), next(grid), next(if round % 3 == 0 { 1 } else { grid })))
             .collect();
-        let (mut faces, mut first) = (Vec::new(), vec![0usize]);
+        let (mut faces, mut first, mut all) = (Vec::new(), vec![0usize], Vec::new());
         for _ in 0..12 {
             let n = [3, 3, 4, 5, 7, 11, 2][next(7) as usize];
             let corners: Vec<u64> = (0..n).map(|_| next(30)).collect();
             text += &format!("g {}\nf", next(2));
             corners.iter().for_each(|c| text += &format!(" {}", c + 1));
             text += "\n";
+            let start = all.len();
+            all.extend_from_slice(&corners);
             if n > 2 {
                 first.push(first[faces.len()] + corners.len() - 2);
-                faces.push(corners);
+                faces.push((start, corners));
             }
         }
         let points: Vec<[f32; 3]> = text
@@ -195,16 +197,19 @@ fn every_face_of_n_corners_is_n_minus_2_triangles_in_the_order_of_the_faces() {
             })
             .collect();
         for degenerate in [Degenerate::Keep, Degenerate::Drop] {
-            let scene = read_as(&text, &ReadOptions { degenerate, ..ReadOptions::default() }).unwrap();
+            let scene = read_as(&text, &ReadOptions { degenerate, vertices: true, ..ReadOptions::default() }).unwrap();
             let Some(mesh) = scene.meshes.first() else { continue };
             assert!(degenerate == Degenerate::Drop || mesh.triangles.len() == *first.last().unwrap(), "{text}");
             let bounds = mesh.parts.last().map(|p| (p.first_prim + p.prim_count) as usize);
             assert_eq!(bounds, first.last().copied(), "{text}");
             for i in 0..mesh.triangles.len() {
                 let prim = mesh.source_prim(i) as usize;
-                let face = &faces[first.partition_point(|f| *f <= prim) - 1];
+                let (start, face) = &faces[first.partition_point(|f| *f <= prim) - 1];
                 let of_face = |p: &[f32; 3]| face.iter().any(|c| points[*c as usize] == *p);
                 assert!(mesh.corners(i).iter().all(of_face), "triangle {prim} is not of its face\n{text}");
+                let numbers = mesh.vertices[i].map(|n| n as usize);
+                assert!(numbers.iter().all(|n| (*start..start + face.len()).contains(n)), "{numbers:?}\n{text}");
+                assert_eq!(numbers.map(|n| points[all[n] as usize]), mesh.corners(i), "{text}");
             }
         }
     }

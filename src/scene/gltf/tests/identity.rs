@@ -54,7 +54,7 @@ fn every_triangle_that_is_kept_leads_back_to_its_corners_in_the_file() {
         d["meshes"] = json!([{ "primitives": [] }, { "primitives": primitives }]);
         d["nodes"] = json!([{ "mesh": 1 }]);
     });
-    let options = ReadOptions { degenerate: Degenerate::Drop, ..options() };
+    let options = ReadOptions { degenerate: Degenerate::Drop, vertices: true, ..options() };
     let scene = read_bytes(document.to_string().into_bytes(), "test.gltf", None, None, &options).unwrap();
     let mesh = &scene.meshes[0];
     assert!(scene.report.degenerate_triangles >= 6 && mesh.triangles.len() >= 8, "{:?}", scene.report);
@@ -65,7 +65,9 @@ fn every_triangle_that_is_kept_leads_back_to_its_corners_in_the_file() {
         for triangle in part.first_triangle..part.first_triangle + part.triangle_count {
             let number = mesh.source_prim(triangle as usize) - part.first_prim;
             assert!(number < part.prim_count);
-            let in_file = by_formula(mode, indices, number as usize).map(|v| corners[v as usize]);
+            let vertices = by_formula(mode, indices, number as usize);
+            assert_eq!(mesh.vertices[triangle as usize], vertices.map(u32::from), "mode {mode}, triangle {number}");
+            let in_file = vertices.map(|v| corners[v as usize]);
             assert_eq!(mesh.corners(triangle as usize), in_file, "mode {mode}, triangle {number}");
             seen += 1;
         }
