@@ -151,8 +151,9 @@ mod tests {
                     rows[0][k] * (rows[1][l] * rows[2][m] - rows[1][m] * rows[2][l])
                 })
                 .sum();
-            // The power of two changes nothing, and takes the numbers to where f64 has none.
-            let scaled = |p: Point| p.map(|v| v * 2f32.powi([0, -140, 100][round % 3]));
+            // The power of two changes nothing, and takes the numbers to where f64 has none. `powi` of a negative power may be 0.
+            let power = [1.0, f32::from_bits(1 << 9), f32::from_bits((127 + 100) << 23)][round % 3];
+            let scaled = |p: Point| p.map(|v| v * power);
             let exactly = exact([a, b, c].map(|p| [0, 1, 2].map(|k| [scaled(p)[k], scaled(d)[k]])));
             assert_eq!(orient3d(a, b, c, d), det.cmp(&0), "{a:?} {b:?} {c:?} {d:?}");
             assert_eq!(exactly, det.cmp(&0), "{a:?} {b:?} {c:?} {d:?}");

@@ -72,7 +72,9 @@ impl Default for Limits {
 /// Everything that a file says of its model.
 #[derive(Clone, Copy, Debug)]
 pub struct Content<'a> {
+    /// The records, each section as a slice.
     pub view: View<'a>,
+    /// Provenance, where the file has it and it could be decoded.
     pub meta: Option<&'a Meta>,
     /// `None` where there is no `VERT`.
     pub vertices: Option<&'a [[u32; 3]]>,
