@@ -213,13 +213,13 @@ def judge(path, arguments, scratch):
         if any(cache.read_counts.get(k, 0) for k in ("singular_instances", "out_of_range_instances")):
             raise SystemExit("%s: elements cannot be told where instances were left out" % name)
         lines = subprocess.run([arguments.hits, cache_path, str(arguments.count)], check=True, capture_output=True).stdout.splitlines()
-        hits, counted, bad, skipped = [json.loads(line) for line in lines], {}, [], 0
+        hits, counted, bad = [json.loads(line) for line in lines], {}, []
         copies = Copies(cache)
         for hit in hits:
             row = cache.file.geom[hit["geom"]]
             wrong = copies.wrong(hit)
             if not wrong:
-                wrong, world = source.check(hit, row, *copies.place(hit), counted)
+                wrong, _ = source.check(hit, row, *copies.place(hit), counted)
             if wrong:
                 bad.append("%s: %s" % ({k: hit[k] for k in ("instance", "geom", "prim")}, "; ".join(wrong)))
         told = ", ".join("%d %s" % (n, k) for k, n in sorted(counted.items())) or "no attributes"
