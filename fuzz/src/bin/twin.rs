@@ -64,7 +64,10 @@ struct Pool {
 impl Pool {
     /// Texts count once, whatever numbers stand in them.
     fn is_new(&mut self, texts: &[String]) -> bool {
-        let plain = |text: &String| text.chars().filter(|c| !c.is_ascii_digit()).take(200).collect::<String>();
+        let plain = |text: &String| {
+            let is_rule = text.len() < 8;
+            text.chars().filter(|c| is_rule || !c.is_ascii_digit()).take(200).collect::<String>()
+        };
         texts.iter().filter(|text| self.seen.insert(plain(text))).count() > 0
     }
 }

@@ -262,6 +262,10 @@ fn of_buffers(model: &mut Model, dice: &mut Dice, raw: &mut Bytes) {
     };
     if dice.one_in(5) {
         raw.change(&mut bytes);
+    } else if dice.one_in(6) {
+        // An element of zeros: no weight, no direction, no area.
+        let at = 4 * dice.below(bytes.len() / 4);
+        bytes.iter_mut().skip(at).take(dice.of(&[4, 12, 16])).for_each(|byte| *byte = 0);
     } else {
         for _ in 0..1 + dice.below(3) {
             let at = 4 * dice.below(bytes.len() / 4);
