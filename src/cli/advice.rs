@@ -18,9 +18,9 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
     let text = match error {
         SceneError::MissingBuffer { .. } => "put the file there, or export the model as one .glb file",
         SceneError::OutsideFolder { .. } => "if you trust this model, allow it with --allow-outside",
-        SceneError::NotObj { resembles, .. } => match resembles {
-            Resemblance::LfsPointer => "it is a Git LFS pointer; fetch the model that it stands for: git lfs pull",
-            Resemblance::WebPage => "it looks like a web page; download the model itself once more",
+        SceneError::NotObj { resembles, .. } | SceneError::InPlaceOfData { resembles, .. } => match resembles {
+            Resemblance::LfsPointer => "it is a Git LFS pointer; fetch the file that it stands for: git lfs pull",
+            Resemblance::WebPage => "it looks like a web page; download the file itself once more",
             Resemblance::Capitals => "keywords of OBJ are in small letters; export the model once more",
             Resemblance::Json => "it looks like a glTF; name it so: *.gltf",
             Resemblance::Nothing => "export the model once more as OBJ or glTF",

@@ -66,6 +66,16 @@ pub enum SceneError {
         /// What it may be instead.
         resembles: Resemblance,
     },
+    /// What stands in the place of a glTF model or of one of its buffers.
+    #[error("cannot read {}\n  {what} is {resembles} in the place of the data", path.display())]
+    InPlaceOfData {
+        /// The model.
+        path: PathBuf,
+        /// The file itself, or a buffer and the file that it names.
+        what: String,
+        /// What it is.
+        resembles: Resemblance,
+    },
     /// [`Degenerate::Error`](super::Degenerate::Error) and triangles that it refuses.
     #[error(
         "cannot read {}\n  it has {degenerate} triangles without area and {non_finite} with NaN or infinite positions; the \
@@ -150,6 +160,33 @@ pub enum Resemblance {
     Nothing,
 }
 
+impl Resemblance {
+    /// What servers and version control leave in the place of a file, by how it begins.
+    pub(super) fn of_stand_in(bytes: &[u8]) -> Option<Resemblance> {
+        let text = bytes.trim_ascii_start();
+        let begins = |with: &[u8]| text.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with));
+        if begins(b"version https://git-lfs") {
+            Some(Resemblance::LfsPointer)
+        } else if begins(b"<!doctype") || begins(b"<html") || begins(b"<?xml") {
+            Some(Resemblance::WebPage)
+        } else {
+            None
+        }
+    }
+}
+
+impl fmt::Display for Resemblance {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Resemblance::LfsPointer => "a Git LFS pointer",
+            Resemblance::WebPage => "a web page",
+            Resemblance::Capitals => "an OBJ in capitals",
+            Resemblance::Json => "JSON",
+            Resemblance::Nothing => "something else",
+        })
+    }
+}
+
 /// What a caller can do about a [`SceneError`]; the command line maps each kind to one exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -172,6 +209,7 @@ impl SceneError {
             SceneError::OutsideFolder { .. }
             | SceneError::Malformed { .. }
             | SceneError::NotObj { .. }
+            | SceneError::InPlaceOfData { .. }
             | SceneError::Degenerate { .. } => ErrorKind::BadModel,
             SceneError::UnknownFormat { .. }
             | SceneError::UnsupportedExtension { .. }

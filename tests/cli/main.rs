@@ -4,7 +4,9 @@
 mod common;
 
 mod accuracy;
+mod bounds;
 mod build;
+mod cases;
 mod depfile;
 mod determinism;
 mod documents;

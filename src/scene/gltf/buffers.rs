@@ -2,8 +2,9 @@ use super::data_uri;
 use super::document::Document;
 use super::extensions::{MESHOPT, compressed};
 use super::reference::{Place, inside, locate};
-use crate::scene::SceneError;
+use crate::scene::error::clipped;
 use crate::scene::source::Source;
+use crate::scene::{Resemblance, SceneError};
 use std::borrow::Cow;
 
 /// The bytes of a document's buffers, each fetched when it is first needed.
@@ -100,6 +101,10 @@ fn fetch(uri: &str, buffer: usize, source: &mut Source) -> Result<Vec<u8>, Scene
             return Err(SceneError::MissingBuffer { model: source.path.to_owned(), buffer, path, source: e });
         }
     };
+    if let Some(resembles) = Resemblance::of_stand_in(&bytes) {
+        let what = format!("buffer {buffer}, {},", clipped(&path.to_string_lossy()));
+        return Err(SceneError::InPlaceOfData { path: source.path.to_owned(), what, resembles });
+    }
     if source.inputs.iter().all(|i| i.path != path) {
         source.add_input(path, name, &bytes);
     }

@@ -1,5 +1,5 @@
 use crate::scene::SceneError;
-use crate::scene::options::BOM;
+use crate::scene::options::{BOM, without_padding};
 use std::path::Path;
 
 /// The JSON text and the binary chunk of a GLB; anything without the GLB magic is taken to be JSON itself.
@@ -7,7 +7,7 @@ use std::path::Path;
 /// Chunks of unknown types are passed over, as the specification asks (glTF 2.0, 4.4.3).
 pub(super) fn split<'b>(bytes: &'b [u8], path: &Path) -> Result<(&'b [u8], Option<&'b [u8]>), SceneError> {
     if !bytes.starts_with(b"glTF") {
-        return Ok((bytes.strip_prefix(BOM).unwrap_or(bytes), None));
+        return Ok((text(bytes), None));
     }
     let malformed = |reason: String| SceneError::malformed(path, reason);
     let (Some(version), Some(length)) = (u32_at(bytes, 4), u32_at(bytes, 8)) else {
@@ -44,9 +44,15 @@ pub(super) fn split<'b>(bytes: &'b [u8], path: &Path) -> Result<(&'b [u8], Optio
         }
     }
     match json {
-        Some(json) => Ok((json.strip_prefix(BOM).unwrap_or(json), binary)),
+        Some(json) => Ok((text(json), binary)),
         None => Err(malformed("the GLB has no JSON chunk".into())),
     }
+}
+
+/// Without a mark at its start, and without what pads its end: spaces, as the specification has it, or NUL bytes, as some writers do.
+fn text(json: &[u8]) -> &[u8] {
+    let json = without_padding(json);
+    json.strip_prefix(BOM).unwrap_or(json)
 }
 
 fn u32_at(bytes: &[u8], offset: usize) -> Option<u32> {

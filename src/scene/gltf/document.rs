@@ -1,6 +1,6 @@
 use super::extensions;
 use super::whole::{Index, Whole};
-use crate::scene::SceneError;
+use crate::scene::{Resemblance, SceneError};
 use crate::scene::source::Source;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -180,6 +180,10 @@ impl Document {
         source.charge(json.len() as u64 + structures, "its JSON")?;
         let looks_like_json = json.trim_ascii_start().first().is_none_or(|&b| b == b'{');
         if !looks_like_json {
+            if let Some(resembles) = Resemblance::of_stand_in(json) {
+                let (path, what) = (source.path.to_owned(), "the file".to_owned());
+                return Err(SceneError::InPlaceOfData { path, what, resembles });
+            }
             return Err(SceneError::malformed(source.path, "its text does not begin with a JSON object"));
         }
 

@@ -129,6 +129,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     if args.list_devices {
         return devices::list(context);
     }
+    args.junit.iter().chain(&args.svg).try_for_each(|path| junit::may_replace(path))?;
     if args.accuracy {
         return accuracy::run(args, context);
     }

@@ -1,0 +1,3 @@
+#![no_main]
+
+bvhc_fuzz::fuzz!("obj");

@@ -1,0 +1,72 @@
+//! Opening at every level of validation, and tracing what was opened.
+
+use super::{Target, limit};
+use crate::guard::within;
+use crate::mutate::file;
+use crate::planted::Seen;
+use bvhc::cache::{Cache, OpenOptions, Opened, Validation};
+use bvhc::geom::Ray;
+use bvhc::trace::{NoObserver, try_any_hit, try_closest_hit};
+
+pub const TARGET: Target = Target {
+    name: "reader",
+    run,
+    change: file::change,
+    faults: &["E0403", "E0302", "E0205"],
+};
+
+/// A copy where the bytes are not aligned, decoded sections up to the limit, and what a check of records notes for each record.
+pub fn allowance(input: &[u8]) -> usize {
+    3 * limit(input) as usize + 24 * input.len() + (1 << 20)
+}
+
+fn run(input: &[u8]) -> Seen {
+    let mut seen = Seen::new();
+    let mut opened_before = true;
+    for validation in [Validation::Quick, Validation::Hash, Validation::Tree] {
+        let options = OpenOptions { validation, max_memory: limit(input), ..OpenOptions::default() };
+        match within(allowance(input), || Cache::from_slice(input, &options)) {
+            Ok(cache) => {
+                assert!(opened_before, "what a lower level refuses, a higher one opens");
+                look(&cache);
+                trace(&cache, validation == Validation::Tree);
+            }
+            Err(error) => {
+                opened_before = false;
+                seen.push(error.to_string());
+            }
+        }
+    }
+    seen
+}
+
+/// Ask for everything that a file has.
+fn look(cache: &Opened) {
+    let parts = cache.geoms().len();
+    let names = (0..parts).filter_map(|i| cache.names().get(i)).map(str::len).sum::<usize>();
+    let stored: usize = (0..cache.sections().len() + 1).map(|i| cache.stored_bytes(i).len()).sum();
+    let raw: usize = (0..cache.sections().len() + 1).filter_map(|i| cache.section_bytes(i)).map(<[u8]>::len).sum();
+    let noted = cache.meta().map_or(0, |m| m.dependencies.len() + m.notes.len());
+    let trees = (0..cache.blases().len() + 1).filter_map(|i| cache.view().blas(i)).count();
+    std::hint::black_box((names, stored, raw, noted, trees));
+}
+
+/// Rays through whatever was opened end; through a file whose every record was looked at, they end without an error.
+pub fn trace(cache: &Opened, valid: bool) {
+    let view = cache.view();
+    let b = cache.header().scene_bounds();
+    for i in 0..8u32 {
+        // A fixed net of rays from one side of the box to another point in it.
+        let share = |k: u32| (i.wrapping_mul(k) % 61) as f32 / 60.0;
+        let at = |a: usize, s: f32| b.min[a] + (b.max[a] - b.min[a]) * s;
+        let from = [at(0, share(7)), at(1, share(11)), at(2, share(13))];
+        let to = [at(0, share(17)), at(1, share(19)), at(2, share(23))];
+        let ray = Ray::new(from, [0, 1, 2].map(|a| to[a] - from[a]));
+        let closest = try_closest_hit(&view, &ray, &mut NoObserver);
+        let any = try_any_hit(&view, &ray, &mut NoObserver);
+        assert!(!valid || closest.is_ok() && any.is_ok(), "the reader says valid, the traversal: {closest:?}");
+        if let (true, Ok(closest), Ok(any)) = (valid, &closest, &any) {
+            assert_eq!(closest.is_some(), *any, "the nearest hit and any hit differ on {ray:?}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! What `stats` and `check` take for bad scenes and forged files: no more than for a regular scene of that size.
+
+use crate::common::cases_dir;
+use crate::Place;
+use std::time::{Duration, Instant};
+
+const COUNT: u32 = 50_000;
+
+/// Numbers without a pattern between 0 and 1.
+fn at(i: u32, k: u32) -> f64 {
+    let mut z = (u64::from(i) << 32 | u64::from(k)).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    ((z ^ (z >> 31)) >> 40) as f64 / (1u64 << 24) as f64
+}
+
+/// Hills of about as many triangles, on a grid.
+fn hills() -> String {
+    let cells = (f64::from(COUNT) / 2.0).sqrt() as u32;
+    let mut text = String::new();
+    for (i, j) in (0..=cells).flat_map(|i| (0..=cells).map(move |j| (f64::from(i), f64::from(j)))) {
+        text += &format!("v {i} {:.6} {j}\n", 8.0 * (0.06 * i).sin() * (0.05 * j).cos());
+    }
+    for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
+        let a = 1 + i * (cells + 1) + j;
+        text += &format!("f {a} {} {}\nf {a} {} {}\n", a + 1, a + cells + 2, a + cells + 2, a + cells + 1);
+    }
+    text
+}
+
+/// An OBJ of triangles that share no vertex.
+fn soup(corners: impl Fn(u32) -> [[f64; 3]; 3]) -> String {
+    let mut text = String::new();
+    for i in 0..COUNT {
+        corners(i).iter().for_each(|[x, y, z]| text += &format!("v {x:.6} {y:.6} {z:.6}\n"));
+        text += "f -3 -2 -1\n";
+    }
+    text
+}
+
+/// The shortest of several runs, since other programs run beside it.
+fn time(place: &Place, command: &str, code: i32) -> Duration {
+    let run = || {
+        let began = Instant::now();
+        let said = place.run(command);
+        assert_eq!(said.code, code, "{command}: {}{}", said.out, said.err);
+        began.elapsed()
+    };
+    (0..5).map(|_| run()).min().unwrap()
+}
+
+/// Both times are of one run, and the margin is what sharing a machine may take.
+#[test]
+#[ignore = "long: builds four scenes of 50,000 triangles and measures each command several times"]
+fn long_bad_scenes_and_forged_files_take_at_most_twice_the_time_of_a_regular_one() {
+    let place = Place::new();
+    place.write("regular.obj", hills());
+    place.write("identical.obj", soup(|_| [[0.0; 3], [1.0, 0.25, 0.0], [0.0, 1.0, 0.5]]));
+    place.write(
+        "slivers.obj",
+        soup(|i| {
+            let [a, b] = [0, 3].map(|k| [at(i, k), at(i, k + 1), at(i, k + 2)]);
+            [a, b, [a[0] + 1e-3, a[1], a[2] + 1e-4]]
+        }),
+    );
+    place.write(
+        "spanning.obj",
+        soup(|i| [[0.0, at(i, 0), at(i, 1)], [1.0, at(i, 2), at(i, 3)], [at(i, 4), at(i, 5), f64::from(i % 2)]]),
+    );
+    for name in ["regular", "identical", "slivers", "spanning"] {
+        place.ok(&format!("build {name}.obj -o {name}.bvhc --method binned"));
+    }
+    let margin = Duration::from_millis(100);
+    let mut slow = Vec::new();
+    for command in ["stats", "check"] {
+        let regular = time(&place, &format!("{command} regular.bvhc"), 0);
+        println!("{command} of a regular scene: {regular:.3?}");
+        let mut hold = |name: &str, took: Duration| {
+            println!("{command} of {name}: {took:.3?}, {:.2} times", took.as_secs_f64() / regular.as_secs_f64());
+            if took > 2 * regular + margin {
+                slow.push(format!("{command} of {name} takes {took:.3?}, of a regular scene {regular:.3?}"));
+            }
+        };
+        for name in ["identical", "slivers", "spanning"] {
+            hold(name, time(&place, &format!("{command} {name}.bvhc"), 0));
+        }
+        for file in cases_dir().into_iter().flat_map(|dir| std::fs::read_dir(dir.join("forged")).unwrap()) {
+            let file = file.unwrap().path();
+            place.write("forged.bvhc", std::fs::read(&file).unwrap());
+            let name = file.file_name().unwrap().to_str().unwrap();
+            hold(name, time(&place, &format!("{command} forged.bvhc"), 1));
+        }
+    }
+    assert!(slow.is_empty(), "{}", slow.join("\n"));
+}
