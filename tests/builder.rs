@@ -48,8 +48,14 @@ fn geometry_that_no_file_can_hold_is_refused_by_every_build() {
     assert!(matches!(spoilt(|m| m.parts[0].triangle_count = 1), GeometryError::Parts { expected: 2, found: 1, .. }));
     assert!(matches!(spoilt(|m| m.parts[0].first_triangle = 1), GeometryError::Parts { expected: 0, found: 1, .. }));
     assert!(matches!(spoilt(|m| m.source_prims = vec![0]), GeometryError::SourcePrims { numbers: 1, .. }));
-    assert!(matches!(spoilt(|m| m.source_prims = vec![1, 1]), GeometryError::SourceNumber { triangle: 1, number: 1, .. }));
-    assert!(matches!(spoilt(|m| m.parts[0].prim_count = 1), GeometryError::SourceNumber { triangle: 1, number: 1, .. }));
+    assert!(matches!(
+        spoilt(|m| m.source_prims = vec![1, 1]),
+        GeometryError::SourceNumber { triangle: 1, number: 1, .. }
+    ));
+    assert!(matches!(
+        spoilt(|m| m.parts[0].prim_count = 1),
+        GeometryError::SourceNumber { triangle: 1, number: 1, .. }
+    ));
     // A position that no triangle uses may be anything.
     let unused = Mesh::new("m", [&POSITIONS[..], &[[f32::NAN; 3]]].concat(), TRIANGLES.to_vec());
     assert!(compiled(Scene::of_mesh(unused.unwrap())).is_ok());
@@ -102,9 +108,8 @@ fn no_writer_writes_what_a_rule_forbids() {
 #[test]
 fn what_is_built_is_traced_written_and_opened_alike() {
     let built = Build::new(&POSITIONS, &TRIANGLES).unwrap().preset(Preset::Best).threads(2).run().unwrap();
-    let rays: Vec<Ray> = (0..5000)
-        .map(|i| Ray::new([(i % 71) as f32 / 70.0, (i / 71) as f32 / 70.0, 5.0], [0.0, 0.0, -1.0]))
-        .collect();
+    let rays: Vec<Ray> =
+        (0..5000).map(|i| Ray::new([(i % 71) as f32 / 70.0, (i / 71) as f32 / 70.0, 5.0], [0.0, 0.0, -1.0])).collect();
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
     built.closest_hits(&rays, &mut hits).unwrap();
     assert!(hits.iter().filter(|h| h.is_some()).count() > 1000);
