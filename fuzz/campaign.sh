@@ -60,7 +60,7 @@ for target in "${targets[@]}"; do
     limit=(-runs="$cases")
     [ $mode = minute ] && limit=(-max_total_time=10)
     # A case of more than a second is found by the target itself, which measures again on a busy machine; these end what never ends.
-    if "${fuzzer[@]}" run "${how[@]}" "$target" "$corpus" -- "${limit[@]}" -max_len=65536 -len_control=0 -timeout=30 \
+    if "${fuzzer[@]}" run "${how[@]}" "$target" "$corpus" -- "${limit[@]}" -max_len=16384 -len_control=0 -timeout=30 \
         -rss_limit_mb=2048 -print_final_stats=1 -artifact_prefix="$artifacts/" >"$log" 2>&1; then
         state=clean
     else

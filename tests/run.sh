@@ -5,6 +5,7 @@
 #   tests/run.sh --quick    unit, command-line and documentation tests only
 #
 # Environment: BVHC_MODELS  folder of real scenes for the long tests (default ../shared/models; skipped when absent)
+#              BVHC_CASES   folder of inputs that were once read wrongly (default ../shared/cases; skipped when absent)
 #              BVHC_STRICT  1: a skipped part fails the run
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -109,6 +110,8 @@ if [ $quick = 0 ]; then
     else
         skip "the independent reading: python3-venv is missing"
     fi
+    part "fuzzing: planted faults" fuzz/campaign.sh --planted
+    part "fuzzing: every target for a while" fuzz/campaign.sh --minute
     if ls benches/*.rs >/dev/null 2>&1; then
         for bench in benches/*.rs; do
             bench=$(basename "$bench" .rs)

@@ -43,7 +43,9 @@ pub fn all(target: &str) -> Vec<Vec<u8>> {
         }
         "gltf" | "posing" => {
             let files = [files_below(&models.join("gltf_corner")), files_below(&cases)].concat();
-            seeds.extend(files.iter().filter(|f| f.extension().is_some_and(|e| e == "gltf")).filter_map(|f| embedded(f)));
+            seeds.extend(
+                files.iter().filter(|f| f.extension().is_some_and(|e| e == "gltf")).filter_map(|f| embedded(f)),
+            );
             seeds.extend(read(files, "glb"));
             if target == "posing" {
                 let poses = |seed: &Vec<u8>| {

@@ -1,7 +1,7 @@
 //! What `stats` and `check` take for bad scenes and forged files: no more than for a regular scene of that size.
 
-use crate::common::cases_dir;
 use crate::Place;
+use crate::common::cases_dir;
 use std::time::{Duration, Instant};
 
 const COUNT: u32 = 50_000;

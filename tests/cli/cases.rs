@@ -43,7 +43,11 @@ fn hold(place: &Place, model: &str, flags: &str, right: &Right) {
             words.iter().for_each(|word| assert!(said.err.contains(word), "'{word}' is not said of {all}"));
             let info = place.ok("info out.bvhc --json").json()["files"][0].clone();
             let geoms = info["sections"].as_array().unwrap().iter().find(|s| s["type"] == "GEOM").unwrap();
-            assert_eq!((info["prim_count"].as_u64(), geoms["elem_count"].as_u64()), (Some(*triangles), Some(*parts)), "{all}");
+            assert_eq!(
+                (info["prim_count"].as_u64(), geoms["elem_count"].as_u64()),
+                (Some(*triangles), Some(*parts)),
+                "{all}"
+            );
             let got = bounds(&info);
             let near = got.iter().flatten().zip(right.iter().flatten()).all(|(a, b)| (a - b).abs() <= *slack);
             assert!(near, "{model}: {got:?}, want {right:?}");
@@ -128,7 +132,8 @@ fn skinned(place: &Place, name: &str, node: Value) {
         d["buffers"] = json!([{"uri": "skin.bin", "byteLength": 96}]);
         let view = |offset, length| json!({"buffer": 0, "byteOffset": offset, "byteLength": length});
         d["bufferViews"] = json!([view(0, 36), view(36, 48), view(84, 12)]);
-        let accessor = |view, kind, component| json!({"bufferView": view, "componentType": component, "count": 3, "type": kind});
+        let accessor =
+            |view, kind, component| json!({"bufferView": view, "componentType": component, "count": 3, "type": kind});
         d["accessors"] = json!([accessor(0, "VEC3", 5126), accessor(1, "VEC4", 5126), accessor(2, "VEC4", 5121)]);
         d["meshes"][0]["primitives"][0]["attributes"] = json!({"POSITION": 0, "WEIGHTS_0": 1, "JOINTS_0": 2});
         d["skins"] = json!([{"joints": [1]}]);
@@ -228,7 +233,7 @@ fn a_part_is_a_run_of_one_object_group_and_material() {
 #[test]
 fn a_node_that_is_flat_shows_and_one_of_no_size_does_not() {
     let place = Place::new();
-    let mut is = |node: Value, right: Right| {
+    let is = |node: Value, right: Right| {
         document(&place, "a.gltf", |d| {
             d["nodes"] = json!([node, {"mesh": 0}]);
             // A child of the first node has the mesh where that has none.
@@ -297,7 +302,9 @@ fn an_extension_that_moves_triangles_is_refused_where_required_and_else_told() {
     hold(&place, "a.gltf", "", &Refused(5, &["CESIUM_RTC"]));
     document(&place, "a.gltf", |d| rtc(d, &["extensionsUsed"]));
     hold(&place, "a.gltf", "", &Built(1, 1, UNIT, 0.0, &["CESIUM_RTC", "is ignored"]));
-    document(&place, "a.gltf", |d| d["extensionsRequired"] = json!(["KHR_draco_mesh_compression", "KHR_materials_unlit"]));
+    document(&place, "a.gltf", |d| {
+        d["extensionsRequired"] = json!(["KHR_draco_mesh_compression", "KHR_materials_unlit"])
+    });
     hold(&place, "a.gltf", "", &Built(1, 1, UNIT, 0.0, &[]));
 }
 

@@ -46,7 +46,12 @@ pub fn change(input: &mut Vec<u8>, dice: &mut Dice, raw: &mut Bytes) {
 
 /// Mostly what poses: skins, joints, weights, targets, nodes.
 pub fn change_pose(input: &mut Vec<u8>, dice: &mut Dice, raw: &mut Bytes) {
-    change_with(input, dice, raw, &["/skin", "/nodes", "JOINTS", "WEIGHTS", "targets", "weights", "/accessors", "/animations"]);
+    change_with(
+        input,
+        dice,
+        raw,
+        &["/skin", "/nodes", "JOINTS", "WEIGHTS", "targets", "weights", "/accessors", "/animations"],
+    );
 }
 
 fn change_with(input: &mut Vec<u8>, dice: &mut Dice, raw: &mut Bytes, focus: &[&str]) {
@@ -139,7 +144,28 @@ fn remove(json: &mut Value, place: &str) {
 /// Another value in the place of this one; mostly of its type.
 fn other(value: &Value, dice: &mut Dice) -> Value {
     const WHOLE: [i64; 22] = [
-        0, 1, -1, 2, 3, 4, 5, 6, 12, 16, 255, 256, 5120, 5121, 5123, 5125, 5126, 65_535, 1 << 31, (1 << 32) - 1, 1 << 32, i64::MAX,
+        0,
+        1,
+        -1,
+        2,
+        3,
+        4,
+        5,
+        6,
+        12,
+        16,
+        255,
+        256,
+        5120,
+        5121,
+        5123,
+        5125,
+        5126,
+        65_535,
+        1 << 31,
+        (1 << 32) - 1,
+        1 << 32,
+        i64::MAX,
     ];
     const REAL: [f64; 16] =
         [0.0, -0.0, 0.5, 1.0, -1.0, 2.0, 1e-46, 1e-30, 1e20, 3.4e38, 3.5e38, 1e300, -1e39, 1e15, 0.1, 1e-310];
@@ -156,8 +182,18 @@ fn other(value: &Value, dice: &mut Dice) -> Value {
         },
         Value::String(text) => {
             const WORDS: [&str; 12] = [
-                "SCALAR", "VEC2", "VEC3", "VEC4", "MAT4", "2.0", "POSITION", "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",
-                "KHR_draco_mesh_compression", "data:,", "",
+                "SCALAR",
+                "VEC2",
+                "VEC3",
+                "VEC4",
+                "MAT4",
+                "2.0",
+                "POSITION",
+                "KHR_mesh_quantization",
+                "EXT_mesh_gpu_instancing",
+                "KHR_draco_mesh_compression",
+                "data:,",
+                "",
             ];
             let mut chars: Vec<char> = text.chars().take(4096).collect();
             if chars.is_empty() || dice.one_in(2) {
@@ -213,7 +249,9 @@ fn put_in(json: &mut Value, dice: &mut Dice) {
             ("count", json!(k)),
             ("componentType", json!(dice.of(&[5120, 5121, 5122, 5123, 5125, 5126]))),
         ],
-        "bufferViews" => vec![("byteStride", json!(4 * dice.below(70))), ("byteOffset", json!(i)), ("byteLength", json!(12))],
+        "bufferViews" => {
+            vec![("byteStride", json!(4 * dice.below(70))), ("byteOffset", json!(i)), ("byteLength", json!(12))]
+        }
         "meshes" => vec![("weights", json!([1, 0.25])), ("name", json!("m"))],
         "skins" => vec![("inverseBindMatrices", json!(i)), ("joints", json!([j, k])), ("skeleton", json!(0))],
         _ => vec![("nodes", json!([i, j])), ("name", json!("s"))],

@@ -45,7 +45,8 @@ pub fn change(input: &mut Vec<u8>, dice: &mut Dice, raw: &mut Bytes) {
             // Other content, packed anew: zeros, a ramp, noise; by streams, whose frames state less.
             let len = dice.of(&[0, 1, 100, 5000, BLOCK - 1, BLOCK, BLOCK + 1]);
             let step = dice.below(3);
-            let content: Vec<u8> = (0..len).map(|i| if i < 512 { (dice.roll() as u8).wrapping_mul(step as u8) } else { 7 }).collect();
+            let content: Vec<u8> =
+                (0..len).map(|i| if i < 512 { (dice.roll() as u8).wrapping_mul(step as u8) } else { 7 }).collect();
             let level = dice.of(&[-5, 1, 3, 19]);
             *input = pack(kind, &content, level);
             return;

@@ -11,12 +11,7 @@ use bvhc::exec::Executor;
 use bvhc::report::overlap::{EpoMode, EpoReport};
 use bvhc::report::stats::TreeStats;
 
-pub const TARGET: Target = Target {
-    name: "check",
-    run,
-    change: file::change,
-    faults: &["E0425", "E0408", "E0503"],
-};
+pub const TARGET: Target = Target { name: "check", run, change: file::change, faults: &["E0425", "E0408", "E0503"] };
 
 fn run(input: &[u8]) -> Seen {
     let limits = Limits { max_memory: limit(input), ..Limits::default() };

@@ -46,9 +46,8 @@ fn run(input: &[u8]) -> Seen {
         Err(error) => seen.push(error.to_string()),
     }
     let limits = Limits { max_memory: limit(input), ..Limits::default() };
-    let report = within(allowance(&file, input), || {
-        check_bytes(&file, Level::Hash, None, &limits, &Executor::sequential())
-    });
+    let report =
+        within(allowance(&file, input), || check_bytes(&file, Level::Hash, None, &limits, &Executor::sequential()));
     seen.extend(report.findings.iter().map(ToString::to_string));
     seen
 }

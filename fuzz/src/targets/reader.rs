@@ -8,12 +8,7 @@ use bvhc::cache::{Cache, OpenOptions, Opened, Validation};
 use bvhc::geom::Ray;
 use bvhc::trace::{NoObserver, try_any_hit, try_closest_hit};
 
-pub const TARGET: Target = Target {
-    name: "reader",
-    run,
-    change: file::change,
-    faults: &["E0403", "E0302", "E0205"],
-};
+pub const TARGET: Target = Target { name: "reader", run, change: file::change, faults: &["E0403", "E0302", "E0205"] };
 
 /// A copy where the bytes are not aligned, decoded sections up to the limit, and what a check of records notes for each record.
 pub fn allowance(input: &[u8]) -> usize {

@@ -1,7 +1,7 @@
 use super::extensions;
 use super::whole::{Index, Whole};
-use crate::scene::{Resemblance, SceneError};
 use crate::scene::source::Source;
+use crate::scene::{Resemblance, SceneError};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::value::RawValue;
