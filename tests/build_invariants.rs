@@ -1,6 +1,6 @@
 //! What every tree must be, whatever the scene: complete, tight, in canonical order, shallow, and the same for any number of threads.
 
-use bvhc::build::{Axes, BuildOptions, Executor, Method, NoProgress, Preset};
+use bvhc::build::{Axes, BuildOptions, Executor, METHODS, Method, NoProgress, Preset};
 use bvhc::compile::build_tree;
 use bvhc::geom::Aabb;
 use bvhc::scene::Mesh;
@@ -87,20 +87,28 @@ fn assert_sound(mesh: &Mesh, tree: &Tree, max_leaf: u32) {
     assert_eq!((next_pair as usize, next_ref as usize), (tree.nodes.len(), count));
 }
 
+/// Every method but the searches.
+fn methods() -> impl Iterator<Item = Method> {
+    METHODS.iter().map(|row| row.method).filter(|method| !method.is_search())
+}
+
+/// The methods that make no duplicates.
+fn methods_without_duplicates() -> impl Iterator<Item = Method> {
+    methods().filter(|method| *method != Method::Sbvh)
+}
+
 /// The methods that make no duplicates, with the variants that differ in kind.
 fn recipes() -> Vec<BuildOptions> {
-    vec![
-        draft(),
+    let mut recipes: Vec<_> = methods_without_duplicates().map(|method| BuildOptions { method, ..draft() }).collect();
+    recipes.extend([
         BuildOptions { axes: Axes::Longest, ..draft() },
-        BuildOptions { method: Method::Sweep, ..draft() },
-        BuildOptions { method: Method::Bonsai, ..draft() },
         // Every stem a leaf, and no mini tree opened.
         BuildOptions { method: Method::Bonsai, prune: 0.0, ..draft() },
         BuildOptions { method: Method::Bonsai, prune: 1e3, ..draft() },
-        BuildOptions { method: Method::Agglomerative, ..draft() },
         BuildOptions { method: Method::Agglomerative, radius: 1, ..draft() },
         BuildOptions { method: Method::Agglomerative, radius: 31, ..draft() },
-    ]
+    ]);
+    recipes
 }
 
 fn assert_good(name: &str, triangles: &[Corners]) {
@@ -206,7 +214,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
     soup.extend(Random(13).soup(10_000, 1.0, 0.001));
     soup.extend_from_within(0..5_000);
     let mesh = mesh_of(&soup);
-    for method in [Method::Binned, Method::Sbvh, Method::Sweep, Method::Bonsai, Method::Agglomerative] {
+    for method in methods() {
         let options = BuildOptions { method, ..draft() };
         let one = build(&mesh, &options, 1);
         for jobs in [2, 3, 7] {
@@ -248,7 +256,7 @@ proptest! {
         max_leaf in 1u32..=255,
         jobs in 1usize..=3,
         costs in (0.01f32..100.0, 0.01f32..100.0),
-        method in prop::sample::select(vec![Method::Binned, Method::Sweep, Method::Bonsai, Method::Agglomerative]),
+        method in prop::sample::select(methods_without_duplicates().collect::<Vec<_>>()),
         prune in prop::sample::select(vec![0.0f32, 0.01, 0.5, 1e3]),
     ) {
         let mut soup = Random(seed).soup(count, extent, size);

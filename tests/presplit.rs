@@ -1,7 +1,7 @@
 //! Cutting large triangles before the build: within the budget, complete, the same for any number of threads, and no hit lost,
 //! whichever method builds on it.
 
-use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset};
+use bvhc::build::{BuildOptions, Executor, METHODS, Method, NoProgress, Preset, option};
 use bvhc::cache::Image;
 use bvhc::cache::check::{Limits, check_image};
 use bvhc::compile::build_tree;
@@ -16,7 +16,10 @@ use bvhc::tree::{Accel, Tree, quality};
 type Corners = [Point; 3];
 
 /// The methods that build on references cut before.
-const METHODS: [Method; 4] = [Method::Binned, Method::Sweep, Method::Bonsai, Method::Agglomerative];
+fn cutters() -> impl Iterator<Item = Method> {
+    let presplit = option("presplit").expect("a row of the table of options");
+    METHODS.iter().map(|row| row.method).filter(|method| presplit.is_read_by(*method))
+}
 
 fn mesh_of(triangles: &[Corners]) -> Mesh {
     let count = triangles.len() as u32;
@@ -95,7 +98,7 @@ fn hostile_scenes() -> Vec<(&'static str, Vec<Corners>)> {
 fn trees_are_valid_and_keep_to_the_budget_on_every_scene() {
     for (name, triangles) in hostile_scenes() {
         let mesh = mesh_of(&triangles);
-        for method in METHODS {
+        for method in cutters() {
             for share in [0.01, 0.5, 20.0] {
                 let tree = build(&mesh, &options(method, share), 2);
                 let most = triangles.len() + (triangles.len() as f64 * f64::from(share)) as usize;
@@ -115,7 +118,7 @@ fn no_share_cuts_nothing_and_a_share_cuts_needles_first() {
     let mut scene = soup(2000, 1000.0, 0.1);
     scene.extend(needles(100, 1000.0));
     let mesh = mesh_of(&scene);
-    for method in METHODS {
+    for method in cutters() {
         assert_eq!(build(&mesh, &options(method, 0.0), 1).refs.len(), scene.len());
         let tree = build(&mesh, &options(method, 0.5), 1);
         let mut uses = vec![0; scene.len()];
@@ -128,7 +131,7 @@ fn no_share_cuts_nothing_and_a_share_cuts_needles_first() {
 #[test]
 fn cutting_needles_lowers_the_cost() {
     let mesh = mesh_of(&needles(2000, 100.0));
-    for method in METHODS {
+    for method in cutters() {
         let [plain, cut] = [0.0, 4.0].map(|share| quality::sah(&build(&mesh, &options(method, share), 2).nodes));
         assert!(cut < 0.8 * plain, "{method}: SAH {cut} with cuts, {plain} without");
     }
@@ -139,7 +142,7 @@ fn any_number_of_threads_gives_the_same_tree() {
     let mut scene = soup(30_000, 100.0, 0.5);
     scene.extend(needles(3_000, 100.0));
     let mesh = mesh_of(&scene);
-    for method in METHODS {
+    for method in cutters() {
         let one = build(&mesh, &options(method, 0.3), 1);
         assert!(one.refs.len() > scene.len());
         for jobs in [2, 3] {
@@ -159,7 +162,7 @@ fn rays_hit_what_brute_force_hits() {
         let rays: Vec<_> = RaySet::ALL.iter().flat_map(|&set| sampler.rays(set, 300, 1)).collect();
         let oracle = Oracle::new(&scene, &Executor::current());
         let answers = oracle.trace_all(&rays, &Executor::current());
-        for method in METHODS {
+        for method in cutters() {
             for share in [0.0, 0.3, 5.0] {
                 let image = image_of(&mesh, build(&mesh, &options(method, share), 2));
                 let tally = compare(&image.view(), &oracle, &rays, &answers, &Executor::current());

@@ -1,5 +1,5 @@
 use super::sweep::tests::samples;
-use super::{BuildOptions, Method, NoProgress, Preset, initial_tree};
+use super::{BuildOptions, METHODS, Method, NoProgress, Preset, initial_tree};
 use crate::exec::Executor;
 use crate::simd::{Level, at_most};
 
@@ -7,7 +7,7 @@ use crate::simd::{Level, at_most};
 fn the_level_of_vectors_changes_no_tree() {
     let exec = Executor::sequential();
     for (name, mesh) in samples() {
-        for method in [Method::Binned, Method::Agglomerative, Method::Sbvh, Method::Bonsai, Method::Sweep] {
+        for method in METHODS.iter().map(|row| row.method).filter(|method| !method.is_search()) {
             for radius in [1, 14, 31] {
                 let options = BuildOptions { method, radius, ..BuildOptions::preset(Preset::Draft) };
                 let build = || initial_tree(&mesh, &options, &exec, &NoProgress).unwrap();
