@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::Place;
+use crate::common::cases_dir;
 
 fn vectors() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("format-spec/vectors/invalid");
@@ -84,11 +85,7 @@ fn info_cuts_long_lists() {
 /// Files that were found to mislead: shared children to 64 levels, cycles, boxes of no number, half a kilobyte for every gigabyte.
 #[test]
 fn forged_files_are_refused_at_once_and_in_little_memory() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/cases/forged");
-    if !folder.is_dir() {
-        println!("skipped: there is no folder of forged files");
-        return;
-    }
+    let Some(folder) = cases_dir().map(|cases| cases.join("forged")) else { return };
     let place = Place::new();
     let names = [
         "ladder",
