@@ -52,7 +52,7 @@ pub struct Build {
 }
 
 impl Build {
-    /// One mesh in world space: `triangles` are indices into `positions`.
+    /// One mesh in world space: `triangles` are indices into `positions`. No triangles are no error: rays miss what is built of them.
     ///
     /// # Errors
     /// Where an index is out of range or a corner is not finite.

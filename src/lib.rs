@@ -18,7 +18,7 @@
 //! let cache = Cache::open(&path)?; // maps the file and checks its hashes
 //! let ray = Ray::new([0.25, 0.25, -2.0], [0.0, 0.0, 1.0]);
 //! if let Some(hit) = cache.closest_hit(&ray)? {
-//!     let part = cache.names().get(hit.geom as usize).unwrap_or("a part without a name");
+//!     let part = cache.name(hit.geom); // empty where the part has none
 //!     println!("triangle {} of {part} at distance {}", hit.prim, hit.t);
 //! #   assert_eq!((hit.t, hit.prim, part), (2.0, 0, "roof"));
 //! }

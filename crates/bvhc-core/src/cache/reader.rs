@@ -378,7 +378,8 @@ impl<'a> Opened<'a> {
         self.records(self.places.tnod)
     }
 
-    /// Empty in a one-level file.
+    /// The instances in the order of the top-level tree's leaves; empty in a one-level file. Hits name them by their `id`:
+    /// see [`Cache::instance_record`](Opened::instance_record).
     pub fn instances(&self) -> &[InstanceRecord] {
         self.records(self.places.inst)
     }

@@ -11,7 +11,8 @@ pub struct Hit {
     pub prim: u32,
     /// Row of the file's `GEOM` table.
     pub geom: u32,
-    /// Index of the instance in the scene's order; `None` in a one-level file.
+    /// Number of the instance in the scene's order, which is not the order of the records: `Cache::instance_record` finds the record of this
+    /// number. `None` in a one-level file.
     pub instance: Option<u32>,
     /// Index in [`View::triangles`](crate::cache::View::triangles). Where a triangle stands in several leaves, the first of
     /// those that the ray found it in.

@@ -12,7 +12,8 @@ pub struct Visit<'a> {
     pub node: &'a Node,
     /// The root has depth 0.
     pub depth: u32,
-    /// The triangles of a leaf; empty for an inner node.
+    /// The triangles of a leaf; empty for an inner node. The first is number `ref_offset + node.first` in the file's `TRIS`, with `ref_offset`
+    /// of the tree's row in `BLAS`: so are its vertices in `VERT`.
     pub triangles: &'a [TriangleRecord],
 }
 
@@ -103,7 +104,8 @@ impl<'a> BlasView<'a> {
 }
 
 impl<'a> View<'a> {
-    /// The trees, each with its number.
+    /// The trees over triangles, each with its number. With two levels each is in its mesh's own space, and instances place it: a query in
+    /// world space goes through the instances, and is moved by `world_to_object` for each.
     pub fn trees(&self) -> impl Iterator<Item = (usize, BlasView<'a>)> {
         let view = *self;
         (0..view.blases.len()).filter_map(move |i| Some((i, view.blas(i)?)))
