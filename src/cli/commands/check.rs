@@ -200,6 +200,9 @@ fn text(verdict: &Verdict, path: &Path, level: Level, context: &Context) -> Stri
         let remedy = match (verdict.valid, verdict.over_limit) {
             (true, _) => String::new(),
             (false, false) if first.rule.id == "E0102" => format!(" · {}", caches::MAKE_ONE),
+            (false, false) if verdict.findings.iter().all(|f| f.rule.id.starts_with("E06")) => format!(
+                " · the file is sound by itself, so it was built from another model or from this one before it changed: bvhc build MODEL -o {name}"
+            ),
             (false, true) => " · if you trust the file: --max-memory 32G".to_string(),
             (false, false) => format!(" · rebuild: bvhc build MODEL -o {name} --force"),
         };
