@@ -33,6 +33,7 @@ pub(super) fn sanitize(scene: &mut Scene, source: &mut Source) -> Result<(), Sce
         });
     }
     place::drop_boundless(scene);
+    scene.report.singular_instances += flat_to_nothing(scene);
     drop_unused_meshes(scene);
     name_the_last_place(scene, &shown);
     Ok(())
@@ -59,6 +60,12 @@ fn name_the_last_place(scene: &mut Scene, shown: &BTreeMap<u32, u64>) {
             part.baked_node = Some(only.node);
         }
     }
+}
+
+/// Instances without inverse of which no triangle keeps an area. They are counted, or nobody could tell which elements of a node are left.
+fn flat_to_nothing(scene: &Scene) -> u64 {
+    let is_gone = |mesh: &Mesh| mesh.triangles.is_empty() && mesh.parts.iter().any(|p| p.baked_node.is_some());
+    scene.instances.iter().filter(|i| is_gone(&scene.meshes[i.mesh as usize])).count() as u64
 }
 
 /// Remove instances of empty meshes and meshes without instances, and renumber what stays in its order.

@@ -176,6 +176,8 @@ class Scene:
         weights = self.morph_weights(node, m, bodies)
         matrix, magnitude = (IDENTITY, IDENTITY) if skin is not None else self.world(n)
         joints = None if skin is None else self.joints(self.document.integer(skin, "skin"))
+        name = self.document.item("meshes", m).get("name")
+        name = name.encode("utf-8", "replace") if isinstance(name, str) else b""
         parts, first_prim = [], 0
         for i, body in enumerate(bodies):
             if body is None:
@@ -189,7 +191,7 @@ class Scene:
             elif joints is not None:
                 self.model.fault("node %d has a skin, and primitive %d of its mesh no joints" % (n, i))
             deformed = weights is not None or joints is not None
-            parts.append(Part(i, first_prim, positions, corners, extent, deformed=deformed))
+            parts.append(Part(i, first_prim, positions, corners, extent, name=name, deformed=deformed))
             first_prim += len(corners)
         instances = self.instances(node)
         if skin is not None and instances is not None:

@@ -174,7 +174,7 @@ class FakeCache:
                 rows = np.array([i for i in range(len(part)) if i not in drop], dtype=np.int64)
                 local = part.positions[part.corners[rows]]
                 corners = rounded(local if two_level else transform(p.matrix, local))
-                body = Body(p.mesh, part.number, p.node, 0, part.first_prim, len(part), stored_name(*part.name), rows + part.first_prim, corners)
+                body = Body(p.mesh, part.number, p.node, 0, part.first_prim, len(part), part.name if isinstance(part.name, bytes) else stored_name(*part.name), rows + part.first_prim, corners)
                 self.places.append(Shown(body, p.node, rounded(p.matrix[:3]).astype(np.float64) if two_level else None))
 
     def shown(self):

@@ -25,6 +25,7 @@ mod statements;
 mod words;
 
 use super::options::without_padding;
+use super::pose::split_all;
 use super::precision::{self, Loss};
 use super::source::Source;
 use super::{Instance, Mesh, Part, Rounding, Scene, SceneError};
@@ -86,7 +87,14 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
     scene.report.unreferenced_positions = counts.unreferenced;
     if !mesh.triangles.is_empty() {
         let (origin, rounding) = origin_for(&positions, &mesh.triangles);
-        mesh.positions = positions.iter().map(|p| stored(*p, origin)).collect();
+        if origin == [0.0; 3] {
+            mesh.positions = positions.iter().map(|p| stored(*p, origin)).collect();
+        } else {
+            // One tree in the world rounds these once more: without the remainders it would round what is rounded.
+            source.charge(24 * positions.len() as u64, "positions about an origin")?;
+            positions.iter_mut().for_each(|p| (0..3).for_each(|a| p[a] -= origin[a]));
+            (mesh.positions, mesh.remainders) = split_all(&positions);
+        }
         scene.rounding = rounding;
         scene.meshes.push(mesh);
         let node = if origin == [0.0; 3] { 0 } else { Instance::NO_NODE };

@@ -53,10 +53,15 @@ impl Affine {
         a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
     }
 
-    /// Whether it turns left into right: its determinant is negative. Never where it is not finite.
-    #[inline]
+    /// Whether it turns left into right: its determinant is negative by more than its rounding. Never where it is not finite.
     pub fn mirrors(&self) -> bool {
-        self.determinant() < 0.0
+        // Six products of three factors and five sums: the error is below 8 units of their magnitudes.
+        let magnitudes = self.rows.map(|row| row.map(f64::abs));
+        let [a, b, c] = &magnitudes;
+        let terms = a[0] * (b[1] * c[2] + b[2] * c[1])
+            + a[1] * (b[0] * c[2] + b[2] * c[0])
+            + a[2] * (b[0] * c[1] + b[1] * c[0]);
+        self.determinant() < -8.0 * f64::EPSILON * terms
     }
 
     /// The inverse map, or `None` when the matrix is singular or not finite.
@@ -176,6 +181,28 @@ mod tests {
         assert!(
             Affine { rows: [[1.0, 2.0, 3.0, 0.0], [2.0, 4.0, 6.0, 0.0], [0.0, 0.0, 1.0, 0.0]] }.inverse().is_none()
         );
+    }
+
+    #[test]
+    fn what_is_flat_mirrors_nothing_however_it_is_turned() {
+        let flat = [[0.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 3.0, 0.0]];
+        let turned = |angle: f64, axis: usize| {
+            let (l, m) = ((axis + 1) % 3, (axis + 2) % 3);
+            let mut rows = Affine::IDENTITY.rows;
+            (rows[l][l], rows[l][m], rows[m][l], rows[m][m]) = (angle.cos(), -angle.sin(), angle.sin(), angle.cos());
+            Affine { rows }
+        };
+        for step in 1..200 {
+            let by = |k: f64| 0.031 * k * f64::from(step);
+            let turn = turned(by(1.0), 0).then_inner(&turned(by(0.7), 1)).then_inner(&turned(by(1.3), 2));
+            let scaled = |rows| turn.then_inner(&Affine { rows }).then_inner(&turned(by(0.9), 1));
+            assert!(!scaled(flat).mirrors(), "{step}");
+            let mut thin = flat;
+            thin[0][0] = -1e-9;
+            assert!(scaled(thin).mirrors(), "{step}");
+            thin[0][0] = 1e-9;
+            assert!(!scaled(thin).mirrors(), "{step}");
+        }
     }
 
     #[test]
