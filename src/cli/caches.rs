@@ -95,16 +95,37 @@ pub fn may_replace(path: &Path) -> Result<(), Failure> {
         File::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut start)?;
         Ok(start)
     };
-    // Devices and pipes are written to, not replaced. What cannot be read is not known to be a cache.
-    match path.metadata() {
-        Ok(metadata) if metadata.is_file() && metadata.len() > 0 && !start(path).is_ok_and(|s| is_cache(&s)) => {
-            let name = names::path(path);
-            Err(Failure::new(Exit::Usage, format!("cannot replace {name}"))
-                .fact("it is not a .bvhc file, and only those are written over")
-                .help("name another output with -o, or write over it with --force"))
-        }
-        _ => Ok(()),
+    // Devices are written to, not replaced.
+    if !path.metadata().is_ok_and(|m| m.is_file() && m.len() > 0) {
+        return Ok(());
     }
+    let action = format!("cannot replace {}", names::path(path));
+    match start(path) {
+        Ok(start) if is_cache(&start) => Ok(()),
+        Ok(_) => Err(Failure::new(Exit::Usage, action)
+            .fact("it is not a .bvhc file, and only those are written over")
+            .help("name another output with -o, or write over it with --force")),
+        Err(error) => Err(Failure::new(Exit::Io, action)
+            .fact(format!("whether it is a .bvhc file cannot be seen: {error}"))
+            .help("name another output with -o, or write over it with --force")),
+    }
+}
+
+/// Refuse a pipe as an output: a reader would wait for it for ever, and a file that is renamed into its place ends it.
+pub fn is_no_pipe(path: &Path) -> Result<(), Failure> {
+    #[cfg(unix)]
+    let is_pipe = {
+        use std::os::unix::fs::FileTypeExt;
+        path.metadata().is_ok_and(|m| m.file_type().is_fifo() || m.file_type().is_socket())
+    };
+    #[cfg(not(unix))]
+    let is_pipe = false;
+    if !is_pipe {
+        return Ok(());
+    }
+    Err(Failure::new(Exit::Io, format!("cannot write {}", names::path(path)))
+        .fact("it is a pipe, and a cache file is written beside its place and then renamed")
+        .help("name a file with -o"))
 }
 
 /// The options in META that decide what of a model a file holds; defaults where it does not say.

@@ -91,11 +91,15 @@ impl<'a> Source<'a> {
 
     /// Read a whole file within the memory limit. A length that the file system states is a hint, not a promise: pipes say 0.
     pub fn read_file(&mut self, path: &Path) -> io::Result<Result<Vec<u8>, SceneError>> {
-        let file = File::open(path)?;
-        let metadata = file.metadata()?;
+        // Asked before it is opened: opening a pipe waits for its other end.
+        let metadata = path.metadata()?;
         if metadata.is_dir() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder, not a file"));
         }
+        if !metadata.is_file() {
+            return Err(io::Error::other("it is not a regular file"));
+        }
+        let file = File::open(path)?;
         let stated = metadata.len();
         if stated > self.available() {
             return Ok(Err(self.over_limit(self.used.saturating_add(stated), "the file")));

@@ -145,3 +145,27 @@ fn the_cases_of_outputs_are_right() {
         assert_eq!(place.read("tri.bvhc"), good, "{section}");
     }
 }
+
+/// Opening a pipe waits for its other end, and nobody is there: without a refusal these commands never end.
+#[cfg(unix)]
+#[test]
+fn pipes_are_refused_at_once() {
+    let place = Place::new();
+    place.write("a.obj", strip(2));
+    let (json, _) = gltf("pipe");
+    place.write("a.gltf", json);
+    for name in ["out.bvhc", "pipe.bin"] {
+        assert!(std::process::Command::new("mkfifo").arg(place.path(name)).status().unwrap().success());
+    }
+    place.ok("build a.obj -o whole.bvhc");
+    for (args, fact) in [
+        ("build a.obj -o out.bvhc", "it is a pipe"),
+        ("build a.obj -o out.bvhc --force", "it is a pipe"),
+        ("convert whole.bvhc -o out.bvhc", "it is a pipe"),
+        ("build a.gltf -o b.bvhc", "it is not a regular file"),
+    ] {
+        let said = place.run(args);
+        assert_eq!(said.code, 3, "{args}: {}", said.err);
+        assert!(said.err.contains(fact), "{args}: {}", said.err);
+    }
+}

@@ -58,6 +58,7 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
             .fact(format!("{} and {} are one file", names::path(&args.input), names::path(&args.output)))
             .help("name another output with -o"));
     }
+    caches::is_no_pipe(&args.output)?;
     if !args.force {
         caches::may_replace(&args.output)?;
     }

@@ -177,6 +177,7 @@ fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
 fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> {
     let (args, context) = (workshop.args, workshop.context);
     inputs::readable(job)?;
+    caches::is_no_pipe(&job.output)?;
     args.read.suit(&job.input, job.bytes.as_deref())?;
     if let Some(path) = args.depfile.path.as_ref().filter(|_| !args.force) {
         depfile::may_replace(path)?;
