@@ -115,6 +115,10 @@ fn spacing(coordinate: f64) -> f64 {
 /// How far apart 32-bit floats are where a model lies, if its positions are such floats although its triangles are not much larger:
 /// then it was rounded before it was written, and no reader gets its shape back.
 pub(crate) fn rounded_before(triangles: &[[u32; 3]], exact: impl Fn(u32) -> [f64; 3], edge: f64) -> Option<f64> {
+    // Without an edge there is no shape to lose.
+    if edge <= 0.0 {
+        return None;
+    }
     let (mut coarse, mut on_grid, mut widest) = (0u64, 0u64, 0.0f64);
     for coordinate in spread(triangles, Loss::SAMPLE).flat_map(|t| t.map(&exact)).flatten() {
         let apart = spacing(coordinate);
@@ -163,6 +167,7 @@ mod tests {
         let kept = Loss::of(&triangles, usize::MAX, exact, |v| about(origin, exact(v)));
         assert!(kept.is_tolerable() && kept.share < 1e-5, "{kept:?}");
         assert_eq!(rounded_before(&triangles, exact, 0.1), None);
+        assert_eq!(rounded_before(&[[0, 0, 0]], |_| [0.5, 0.0, 0.0], 0.0), None);
     }
 
     #[test]

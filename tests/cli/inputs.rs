@@ -74,6 +74,7 @@ fn what_cannot_succeed_says_how_it_could() {
     place.write("nothing.obj", "");
     for (args, code, fix) in [
         ("build a.obj -o no/where/a.bvhc", 3, "mkdir -p no/where"),
+        ("build a.obj -o a.obj/a.bvhc", 3, "a.obj is not a folder"),
         ("build . -o a.bvhc", 3, "name the models in it"),
         ("build b.obj -o a.bvhc", 3, "paths start from"),
         ("build a.obj -o a.bvhc --jobs 100000", 2, "0 to 1024"),

@@ -113,6 +113,11 @@ pub fn writable(job: &Job) -> Result<(), Failure> {
     }
     match job.output.parent() {
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            if folder.exists() {
+                return Err(
+                    refuse(format!("{} is not a folder", names::path(folder))).help("name another output with -o")
+                );
+            }
             let folder = names::path(folder);
             Err(refuse(format!("there is no folder {folder}")).help(format!("mkdir -p {folder}")))
         }
