@@ -114,6 +114,7 @@ fn sync_folder(_: &Path) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::error::Error;
     use std::io::Write;
 
     fn names(folder: &Path) -> Vec<String> {
@@ -132,7 +133,8 @@ mod tests {
             f.write_all(b"ne")?;
             Err(io::Error::other("disk full"))
         });
-        assert!(error.unwrap_err().to_string().contains("disk full"));
+        let source = error.as_ref().unwrap_err().source().map(ToString::to_string);
+        assert_eq!(source.as_deref(), Some("disk full"), "{error:?}");
         assert_eq!((fs::read(&path).unwrap(), names(folder.path())), (b"old".to_vec(), vec!["a.bvhc".to_owned()]));
         assert!(replace(&folder.path().join("none/a.bvhc"), |_| Ok(())).is_err());
     }

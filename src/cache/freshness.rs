@@ -105,6 +105,7 @@ fn compare_bytes(path: &Path, model: &[u8], recipe: &Recipe, exec: &Executor) ->
 fn read_head(path: &Path) -> Result<Head, Staleness> {
     Head::read(path, &OpenOptions::default()).map_err(|error| match error {
         CacheError::Io { source, .. } if source.kind() == io::ErrorKind::NotFound => Staleness::Missing,
+        CacheError::Io { ref source, .. } => Staleness::Unreadable(format!("{error}: {source}")),
         error => Staleness::Unreadable(error.to_string()),
     })
 }

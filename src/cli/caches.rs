@@ -130,3 +130,37 @@ pub fn build_failure(error: &BuildError) -> Failure {
     };
     Failure::from_message(exit, &error.to_string())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_helps_is_said_for_every_class_of_cache_error() {
+        let (name, rule, detail) = ("a.bvhc".to_string(), "E0103", "it has format version 2.0".to_string());
+        let io = |kind| CacheError::Io { action: "open", path: "a.bvhc".into(), source: std::io::Error::from(kind) };
+        let told = |error: CacheError| failure(&error).to_text(str::to_string);
+
+        let invalid = |rule| CacheError::Invalid { name: name.clone(), rule, detail: detail.clone() };
+        let (no_cache, damaged) = (told(invalid("E0102")), told(invalid("E0201")));
+        assert!(no_cache.ends_with(MAKE_ONE) && !no_cache.contains("--force"), "{no_cache}");
+        assert!(
+            damaged.contains("bvhc explain E0201") && damaged.contains("bvhc build MODEL -o FILE --force"),
+            "{damaged}"
+        );
+        let newer = told(CacheError::Unsupported { name: name.clone(), rule, detail: detail.clone() });
+        assert!(newer.contains("version 2.0 (E0103)") && newer.contains("bvhc build MODEL -o FILE --force"), "{newer}");
+        let large = told(CacheError::Limit { name: name.clone(), detail: detail.clone(), limit: Limited::Memory });
+        assert!(large.contains("--max-memory"), "{large}");
+        let many = told(CacheError::Limit { name: name.clone(), detail: detail.clone(), limit: Limited::Format });
+        assert!(many.contains("split the scene"), "{many}");
+        let fault = failure(&CacheError::Unwritable { name, detail });
+        assert!(fault.exit == Exit::Internal && fault.help.is_some_and(|h| h.contains("report it")));
+
+        // What the operating system said stands there once.
+        let missing = told(io(std::io::ErrorKind::NotFound));
+        assert!(missing.ends_with(MAKE_ONE) && missing.matches("entity not found").count() == 1, "{missing}");
+        let denied = told(io(std::io::ErrorKind::PermissionDenied));
+        assert!(denied.matches("permission denied").count() == 1 && !denied.contains("help:"), "{denied}");
+    }
+}

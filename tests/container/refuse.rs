@@ -96,7 +96,8 @@ fn what_a_later_version_needs_is_named() {
         let error = refused(file);
         assert_eq!((error.kind(), error.rule()), (ErrorKind::Unsupported, Some(id)), "{error}");
         assert!(error.to_string().contains(word), "{error} must say {word}");
-        assert!(error.to_string().contains("bvhc build"), "{error} must say what to do");
+        // The library names no command: that is for the program to say.
+        assert!(!error.to_string().contains("bvhc build"), "{error}");
     };
     check(&with_header(|h| h.major = 2), "E0103", "version 2.0");
     check(&with_header(|h| (h.minor, h.min_minor) = (3, 3)), "E0104", "1.3");

@@ -75,7 +75,8 @@ fn one(path: &Path, args: &VerifyArgs, how: &Measure, context: &Context) -> Resu
     measure(&subject.view, &subject.oracle, &subject.sampler, how, &bar).map_err(|error| match error {
         AccuracyError::Malformed(malformed) => {
             let failure = Failure::from_message(Exit::Negative, &malformed.to_string());
-            failure.fact(format!("the file is {}", names::path(path)))
+            let failure = failure.fact(format!("the file is {}", names::path(path)));
+            failure.help(format!("bvhc check {}", names::path(path)))
         }
         AccuracyError::Cancelled => Failure::interrupted(),
     })

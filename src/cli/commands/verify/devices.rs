@@ -44,7 +44,12 @@ pub fn failure(error: &DeviceError) -> Failure {
         DeviceError::Malformed { .. } => Exit::Negative,
         _ => Exit::Unsupported,
     };
-    Failure::from_message(exit, &error.to_string())
+    let failure = Failure::from_message(exit, &error.to_string());
+    match error {
+        // The traversal does not know from which file its records are.
+        DeviceError::Malformed { .. } => failure.help("bvhc check FILE"),
+        _ => failure,
+    }
 }
 
 #[cfg(feature = "opencl")]
