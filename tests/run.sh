@@ -57,7 +57,7 @@ if ! command -v cargo >/dev/null 2>&1; then
     exit 1
 fi
 
-part "unit, integration and documentation tests" cargo test --no-fail-fast
+part "unit, integration and documentation tests" cargo test --workspace --no-fail-fast
 
 if [ $quick = 0 ]; then
     # The long tests go over the samples and, where the folder is there, over real scenes.
@@ -71,6 +71,16 @@ if [ $quick = 0 ]; then
     part "the program, optimised" cargo build --release
     part "long tests" cargo test --release --no-fail-fast -- --ignored long_
     part "the library without the command line" cargo test --no-default-features --lib
+    part "the reader alone, as a renderer links it" cargo test -p bvhc-core
+
+    # A renderer must not compile the builder's crates: these are the most that reading and tracing may bring, the crate itself included.
+    crates() { cargo tree -p bvhc-core -e normal,build --prefix none "$@" | sed 's/ (\*)$//' | sort -u | wc -l; }
+    few=$(crates) all=$(crates --features zstd,rayon)
+    echo "crates of a renderer: $few of at most 16, with zstd and rayon $all of at most 25"
+    if [ "$few" -gt 16 ] || [ "$all" -gt 25 ]; then
+        echo "bvhc-core depends on too many crates" >&2
+        exit 1
+    fi
 
     # A build that only wants caches must not pull the command line's crates.
     if cargo tree --no-default-features -e normal | grep -E '^[^a-z]*(clap|indicatif|ctrlc) '; then
