@@ -4,7 +4,7 @@
 #   tests/same_bytes.sh OLD NEW [MODEL…]     programs, then models (default: samples/*.obj, samples/*.gltf, samples/*.glb)
 #
 # Every model is built by several recipes with each program, and the files are compared byte by byte. A model that one program refuses
-# and the other takes is a difference as well. Environment: BVHC_RECIPES, a list of recipes separated by `;`.
+# and the other takes is a difference as well. Where files differ, the sections are named that do. Environment: BVHC_RECIPES, a list of recipes separated by `;`.
 set -u
 old=$1 new=$2
 shift 2
@@ -12,6 +12,17 @@ here=$(cd "$(dirname "$0")/.." && pwd)
 [ $# -gt 0 ] || set -- "$here"/samples/*.obj "$here"/samples/*.gltf "$here"/samples/*.glb
 IFS=';' read -ra recipes <<<"${BVHC_RECIPES:---preset draft;--preset balanced;--method sbvh;--method bonsai;--method agglomerative;--method sweep --reinsert 2;--preset draft --levels two}"
 out=$(mktemp -d)
+
+# The types of the sections of two files that have other bytes, or that one file alone has.
+sections() {
+    local file
+    for file in "$out/old.bvhc" "$out/new.bvhc"; do "$new" info "$file" --json >"$file.json" 2>/dev/null || return 0; done
+    python3 - "$out/old.bvhc.json" "$out/new.bvhc.json" <<'EOF'
+import json, sys
+a, b = ({s["type"]: s["raw_hash"] for s in json.load(open(f))["files"][0]["sections"]} for f in sys.argv[1:])
+print("in", *sorted(k for k in a.keys() | b.keys() if a.get(k) != b.get(k)))
+EOF
+}
 trap 'rm -rf "$out"' EXIT
 same=0 differ=0
 for model in "$@"; do
@@ -25,7 +36,7 @@ for model in "$@"; do
             same=$((same + 1))
         else
             differ=$((differ + 1))
-            echo "differs: $model by $recipe (exit $a and $b)"
+            echo "differs: $model by $recipe (exit $a and $b)" "$([ $a = 0 ] && [ $b = 0 ] && sections)"
         fi
         rm -f "$out"/*.bvhc
     done
