@@ -46,6 +46,8 @@ use std::path::Path;
 #[must_use = "nothing is built before `run`"]
 pub struct Build {
     scene: Scene,
+    /// How the scene's model was read; `None` where there is none.
+    read: Option<ReadOptions>,
     options: BuildOptions,
     vertices: bool,
     threads: usize,
@@ -90,7 +92,7 @@ impl Build {
     /// Where the model cannot be read.
     pub fn of_model_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Build, SceneError> {
         let scene = scene::read(path.as_ref(), options)?;
-        Ok(Build { scene, vertices: options.vertices, ..Build::default() })
+        Ok(Build { scene, read: Some(options.clone()), vertices: options.vertices, ..Build::default() })
     }
 
     /// Add a mesh, which no ray meets until an instance shows it. Returns its number.
@@ -164,13 +166,16 @@ impl Build {
     /// # Errors
     /// As [`Build::run`], and where `progress` cancels the build.
     pub fn run_on(self, exec: Executor, progress: &dyn Progress) -> Result<Built, BuildError> {
-        let Build { mut scene, options, vertices, .. } = self;
+        let Build { mut scene, read, options, vertices, .. } = self;
         number_vertices(&mut scene, vertices)?;
         let method = options.method;
         let mut recipe =
             Recipe { method: method.to_string(), builder_revision: method.revision(), options: options.effective() };
-        if vertices {
-            recipe.options.push(("vertices".into(), "true".into()));
+        // A model's file is the same as the program's, so that `bvhc build` finds it up to date. Arrays were not read by any policy.
+        match read {
+            Some(read) => recipe.options.extend(ReadOptions { vertices, ..read }.effective()),
+            None if vertices => recipe.options.push(("vertices".into(), "true".into())),
+            None => {}
         }
         let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
         let accel = compile(scene, &options, &exec, progress)?;

@@ -9,7 +9,7 @@ pub enum BuildError {
     #[error("the build was cancelled")]
     Cancelled,
     /// The geometry breaks what every build relies on. No scene that the readers made does.
-    #[error("cannot build: {0}")]
+    #[error("cannot build: the geometry is not sound")]
     Geometry(#[from] GeometryError),
     /// The numbers of vertices were asked for, and the model was read without them.
     #[error(

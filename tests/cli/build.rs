@@ -2,6 +2,7 @@
 
 use crate::{Place, gltf, strip};
 use bvhc::build::{METHODS, option};
+use bvhc::scene::{Degenerate, ReadOptions};
 use std::time::{Duration, SystemTime};
 
 /// A folder with `a.obj` and its cache, whose time stamp is an hour old.
@@ -464,4 +465,19 @@ fn vertices_are_kept_where_they_are_asked_for_and_a_file_without_them_is_then_ou
     assert!(again.contains("would build: option vertices true → unset"), "{again}");
     place.ok("build a.obj -o a.bvhc");
     assert_eq!(place.read("a.bvhc"), without);
+}
+
+/// A program that builds by the library and a pipeline that builds by the command line share their files.
+#[test]
+fn what_the_library_builds_of_a_model_is_up_to_date() {
+    let place = Place::new();
+    let model = place.write("a.obj", strip(6));
+    let kept = ReadOptions { degenerate: Degenerate::Keep, vertices: true, ..ReadOptions::default() };
+    for (read, flags) in [(ReadOptions::default(), ""), (kept, " --degenerate keep --vertices")] {
+        bvhc::Build::of_model_with(&model, &read).unwrap().run().unwrap().write(place.path("a.bvhc")).unwrap();
+        let by_library = place.read("a.bvhc");
+        assert!(place.ok(&format!("build a.obj -o a.bvhc{flags}")).out.contains("up to date"), "{flags}");
+        place.ok(&format!("build a.obj -o a.bvhc{flags} --force"));
+        assert!(place.read("a.bvhc") == by_library, "{flags}: the program's file has other bytes");
+    }
 }

@@ -140,7 +140,7 @@ fn workshop<'a>(args: &'a BuildArgs, context: &'a Context) -> Result<Workshop<'a
     let method = build.method;
     let mut recipe =
         Recipe { method: method.to_string(), builder_revision: method.revision(), options: build.effective() };
-    recipe.options.extend(args.read.effective());
+    recipe.options.extend(read.effective());
     Ok(Workshop { args, context, build, read, codec: args.codec, recipe })
 }
 

@@ -59,19 +59,6 @@ impl ReadArgs {
         ReadOptions { degenerate, allow_outside, scene, ignore_extensions, vertices, ..ReadOptions::default() }
     }
 
-    /// The options that decide what is read, for META and the build key; the others only decide whether.
-    pub fn effective(&self) -> Vec<(String, String)> {
-        let scene = self.scene.map_or_else(|| "default".to_string(), |n| n.to_string());
-        let mut options = vec![("degenerate".into(), self.degenerate.name().to_string()), ("scene".into(), scene)];
-        if !self.ignore_extensions.is_empty() {
-            options.push(("ignore_extensions".into(), self.ignored().join(",")));
-        }
-        if self.vertices {
-            options.push(("vertices".into(), "true".into()));
-        }
-        options
-    }
-
     /// The names in one order, each once, however they were given.
     fn ignored(&self) -> Vec<String> {
         self.ignore_extensions.iter().cloned().collect::<BTreeSet<_>>().into_iter().collect()
@@ -98,6 +85,6 @@ impl Named for Degenerate {
     const KIND: &'static str = "policy";
 
     fn names() -> Vec<(Self, &'static str)> {
-        vec![(Degenerate::Keep, "keep"), (Degenerate::Drop, "drop"), (Degenerate::Error, "error")]
+        [Degenerate::Keep, Degenerate::Drop, Degenerate::Error].map(|policy| (policy, policy.name())).to_vec()
     }
 }
