@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!("{} triangles touch the box; {nodes} nodes and {tests} triangles were looked at", touched.len());
     for (geom, prim) in touched.iter().take(10) {
-        println!("  {} triangle {prim}", cache.names().get(*geom as usize).unwrap_or_default());
+        println!("  {} triangle {prim}", cache.name(*geom));
     }
     Ok(())
 }

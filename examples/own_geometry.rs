@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let cache = Cache::open(&file)?;
     let down = Ray::new([2.6, 100.0, 2.55], [0.0, -1.0, 0.0]);
     let hit = cache.closest_hit(&down)?.ok_or("the ray missed")?;
-    let part = cache.names().get(hit.geom as usize).unwrap_or_default();
+    let part = cache.name(hit.geom);
     println!("{} triangles, {} instances", cache.header().prim_count, cache.header().instance_count);
     println!("a ray from above meets triangle {} of the {part}, instance {:?}, at {}", hit.prim, hit.instance, hit.t);
     Ok(())

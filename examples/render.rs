@@ -42,17 +42,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Grey by how the triangle is turned, the same on both sides. An instance's matrix turns it into the world.
+/// Grey by how the triangle is turned, the same on both sides.
 fn shade(cache: &Cache, hit: &Hit) -> [u8; 3] {
-    let [a, b, c] = cache.triangles()[hit.triangle].corners();
-    let instance = hit.instance.and_then(|id| cache.instances().iter().find(|i| i.id == id));
-    let to_world = |v: [f32; 3]| instance.map_or(v, |i| [0, 1, 2].map(|r| dot(&i.object_to_world[4 * r..], v)));
-    let [u, v] = [b, c].map(|p| to_world([0, 1, 2].map(|k| p[k] - a[k])));
-    let light = dot(&unit(cross(u, v)), unit([0.36, 0.8, 0.48])).abs();
+    let normal = cache.normal(hit).unwrap_or_default().map(|c| c as f32);
+    let light = dot(unit(normal), unit([0.36, 0.8, 0.48])).abs();
     [70.0 + 180.0 * light, 66.0 + 176.0 * light, 60.0 + 165.0 * light].map(|c| c as u8)
 }
 
-fn dot(a: &[f32], b: [f32; 3]) -> f32 {
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
@@ -61,5 +58,5 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 }
 
 fn unit(v: [f32; 3]) -> [f32; 3] {
-    v.map(|c| c / dot(&v, v).sqrt().max(f32::MIN_POSITIVE))
+    v.map(|c| c / dot(v, v).sqrt().max(f32::MIN_POSITIVE))
 }

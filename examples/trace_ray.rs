@@ -5,17 +5,15 @@
 
 use bvhc::cache::{Cache, OpenOptions, Validation};
 use bvhc::geom::Ray;
-use bvhc::trace::closest_hit;
 use std::error::Error;
 use std::io::{BufRead, Write};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args_os().nth(1).ok_or("usage: trace_ray FILE.bvhc < RAYS, each line ox,oy,oz,dx,dy,dz")?;
     let cache = Cache::open_with(&path, &OpenOptions { validation: Validation::Tree, ..OpenOptions::default() })?;
-    let view = cache.view();
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     for line in std::io::stdin().lock().lines() {
-        let hit = closest_hit(&view, &parse(&line?)?);
+        let hit = cache.closest_hit(&parse(&line?)?)?;
         let answer = hit.map(|h| {
             serde_json::json!({ "t": h.t, "u": h.u, "v": h.v, "instance": h.instance, "geom": h.geom, "prim": h.prim })
         });
