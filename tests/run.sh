@@ -80,6 +80,7 @@ if [ $quick = 0 ]; then
         exit 1
     fi
     part "the crates below bvhc-core" tests/core_build.sh --count
+    part "the packages" tests/package.sh
     part "tests of bvhc-core as a program links it" cargo test -p bvhc-core --no-fail-fast
     status=0
     part "bvhc-core on WebAssembly and 64-bit Arm" tests/targets.sh || status=$?
