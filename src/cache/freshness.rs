@@ -9,6 +9,7 @@ use std::path::{Component, Path, PathBuf};
 use super::keys::{InputHash, Recipe};
 use super::{CacheError, Dependency, Head, Meta, OpenOptions};
 use crate::exec::Executor;
+use crate::layout::SectionKind;
 
 /// What [`freshness`] found.
 #[derive(Debug)]
@@ -67,6 +68,11 @@ pub enum Staleness {
         /// Its name, relative to the model's folder.
         name: String,
     },
+    /// META says that the file has a section, and another program left it out.
+    Section {
+        /// Its type.
+        kind: SectionKind,
+    },
     /// Everything that META says agrees, but the key in the header is another.
     Key,
 }
@@ -83,6 +89,7 @@ impl fmt::Display for Staleness {
             Staleness::Option { name, from, to } => write!(f, "option {name} {} → {}", text(from), text(to)),
             Staleness::InputMissing { name } => write!(f, "{name} cannot be read"),
             Staleness::InputChanged { name } => write!(f, "{name} changed"),
+            Staleness::Section { kind } => write!(f, "the section {kind} is missing"),
             Staleness::Key => write!(f, "the build key is another"),
         }
     }
@@ -110,6 +117,7 @@ fn compare_bytes(path: &Path, model: &[u8], recipe: &Recipe, exec: &Executor) ->
     let head = read_head(path)?;
     let meta = meta_of(&head)?;
     compare_recipe(meta, recipe)?;
+    has_what_was_asked(&head, recipe)?;
     let blake3 = exec.hash(model);
     let input = InputHash { role: Dependency::MODEL, len: model.len() as u64, blake3 };
     let same = |d: &Dependency| (d.role, d.len, d.blake3) == (input.role, input.len, input.blake3);
@@ -137,6 +145,7 @@ fn compare(path: &Path, model: &Path, recipe: &Recipe, exec: &Executor) -> Resul
     let head = read_head(path)?;
     let meta = meta_of(&head)?;
     compare_recipe(meta, recipe)?;
+    has_what_was_asked(&head, recipe)?;
 
     // Hash the inputs in the order of the key.
     let folder = model.parent().unwrap_or(Path::new(""));
@@ -168,6 +177,16 @@ fn compare_recipe(meta: &Meta, recipe: &Recipe) -> Result<(), Staleness> {
         if from != to {
             return Err(Staleness::Option { name: name.clone(), from, to });
         }
+    }
+    Ok(())
+}
+
+/// Sections that may be left out may have been left out by another program, which copied META as it was.
+fn has_what_was_asked(head: &Head, recipe: &Recipe) -> Result<(), Staleness> {
+    let has = |kind| head.sections.iter().any(|s| s.kind == kind && s.elem_count > 0);
+    let is_asked = recipe.options.iter().any(|(name, value)| name == "vertices" && value == "true");
+    if is_asked && has(SectionKind::TRIS) && !has(SectionKind::VERT) {
+        return Err(Staleness::Section { kind: SectionKind::VERT });
     }
     Ok(())
 }

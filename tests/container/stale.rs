@@ -2,7 +2,7 @@ use std::fs;
 use std::path::Path;
 
 use bvhc::cache::keys::Recipe;
-use bvhc::cache::{Freshness, Staleness, WriteOptions, freshness, hash_file, write_file};
+use bvhc::cache::{Freshness, Image, SectionKind, Staleness, WriteOptions, freshness, hash_file, write_file};
 use bvhc::exec::Executor;
 use bvhc::scene::{InputFile, ReadReport};
 
@@ -83,4 +83,19 @@ fn each_cause_of_staleness_is_told() {
     assert!(matches!(why(), Some(Staleness::Unreadable(_))));
     build();
     assert_eq!(why(), None);
+}
+
+#[test]
+fn a_file_that_lost_its_vertices_is_stale() {
+    let folder = tempfile::tempdir().unwrap();
+    let (model, path) = (folder.path().join("a.obj"), folder.path().join("a.bvhc"));
+    fs::write(&model, "model").unwrap();
+    let mut asked = recipe();
+    asked.options.push(("vertices".into(), "true".into()));
+    let meta = bvhc::cache::provenance(asked.clone(), &[input(folder.path(), "a.obj")], &ReadReport::default());
+    for (vertices, why) in [(vec![[0, 1, 2]], None), (vec![], Some(Staleness::Section { kind: SectionKind::VERT }))] {
+        let image = Image { vertices, ..one_triangle() };
+        write_file(&path, &image, &meta, &WriteOptions::default(), &Executor::current()).unwrap();
+        assert_eq!(reason(&path, &model, &asked), why);
+    }
 }
