@@ -190,9 +190,9 @@ pub fn fits(model: &Path, scene: &Scene, options: &BuildOptions, context: &Conte
         .fact(format!(
             "{} triangles need {}",
             figures::count(compile::primitives_to_build(scene, options)),
-            figures::bytes(needed)
+            figures::memory(needed)
         ))
-        .fact(format!("the limit is {}", figures::bytes(limit)))
+        .fact(format!("the limit is {}", figures::memory(limit)))
         .help(
             "raise it with --max-memory, keep instances apart with --levels two, or lower --split-budget or --presplit",
         ))

@@ -36,6 +36,15 @@ pub fn bytes(n: u64) -> String {
     }
 }
 
+/// Memory in the units that `--max-memory` is typed in: `640 bytes`, `12.5 MiB`.
+pub fn memory(n: u64) -> String {
+    let units = [("TiB", 40), ("GiB", 30), ("MiB", 20), ("KiB", 10)];
+    match units.iter().find(|(_, shift)| n >> shift != 0) {
+        Some((unit, shift)) => format!("{:.1} {unit}", n as f64 / (1u64 << shift) as f64),
+        None => counted(n, "byte", "bytes"),
+    }
+}
+
 /// `0.41 s`, `12.3 s`; below 10 ms in milliseconds.
 pub fn seconds(d: Duration) -> String {
     let s = d.as_secs_f64();
@@ -113,6 +122,15 @@ mod tests {
         assert_eq!(bytes(3_300_000), "3.3 MB");
         assert_eq!(bytes(999_700), "1.0 MB");
         assert_eq!(bytes(421_000_000), "421 MB");
+    }
+
+    #[test]
+    fn memory_is_told_as_its_limit_is_typed() {
+        for (n, text) in
+            [(1, "1 byte"), (640, "640 bytes"), (1 << 10, "1.0 KiB"), (8 << 30, "8.0 GiB"), (5 << 39, "2.5 TiB")]
+        {
+            assert_eq!(memory(n), text);
+        }
     }
 
     #[test]

@@ -257,6 +257,7 @@ impl fmt::Display for Bytes {
         let units = [("GiB", 30), ("MiB", 20), ("KiB", 10)];
         match units.iter().find(|(_, shift)| self.0 >> shift != 0) {
             Some((unit, shift)) => write!(f, "{:.1} {unit}", self.0 as f64 / (1u64 << shift) as f64),
+            None if self.0 == 1 => write!(f, "1 byte"),
             None => write!(f, "{} bytes", self.0),
         }
     }

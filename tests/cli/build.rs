@@ -418,7 +418,7 @@ fn memory_for_duplicates_is_limited_before_it_is_set_aside() {
     place.write("a.obj", strip(1000));
     let said = place.run("build a.obj -o a.bvhc --split-budget 64 --max-memory 2M");
     assert_eq!(said.code, 6, "{}{}", said.out, said.err);
-    assert!(said.err.contains("2,000 triangles need 4.1 MB") && said.err.contains("--max-memory"), "{}", said.err);
+    assert!(said.err.contains("2,000 triangles need 3.9 MiB") && said.err.contains("--max-memory"), "{}", said.err);
     assert!(!place.names().contains(&"a.bvhc".to_string()));
     place.ok("build a.obj -o a.bvhc --max-memory 2M");
 }
