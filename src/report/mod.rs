@@ -10,7 +10,8 @@ pub mod chart;
 #[cfg(feature = "cli")]
 pub(crate) mod file;
 pub mod info;
-#[cfg(feature = "cli")]
-pub(crate) mod overlap;
-#[cfg(feature = "cli")]
-pub(crate) mod stats;
+// Public for the fuzz targets, which build without the command line.
+#[doc(hidden)]
+pub mod overlap;
+#[doc(hidden)]
+pub mod stats;
