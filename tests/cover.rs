@@ -8,19 +8,13 @@ use bvhc::cache::{Image, TriangleRecord};
 use bvhc::compile::build_tree;
 use bvhc::exec::Executor;
 use bvhc::geom::{Aabb, Point};
-use bvhc::scene::{Mesh, Part};
+use bvhc::scene::Mesh;
 use bvhc_core::cache::parts::{Cover, Covered};
 
 fn mesh_of(triangles: impl Iterator<Item = [Point; 3]>) -> Mesh {
-    let mut mesh = Mesh::default();
-    for corners in triangles {
-        let n = mesh.positions.len() as u32;
-        mesh.positions.extend(corners);
-        mesh.triangles.push([n, n + 1, n + 2]);
-    }
-    let count = mesh.triangles.len() as u32;
-    mesh.parts = vec![Part { triangle_count: count, prim_count: count, ..Part::default() }];
-    mesh
+    let positions: Vec<Point> = triangles.flatten().collect();
+    let corners = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    Mesh::new("", positions, corners).unwrap()
 }
 
 /// Numbers without a pattern between 0 and 1.

@@ -111,6 +111,8 @@ if [ $quick = 0 ]; then
     else
         skip "the independent reading: python3-venv is missing"
     fi
+    part "fuzzing: planted faults" fuzz/campaign.sh --planted
+    part "fuzzing: every target for a while" fuzz/campaign.sh --minute
     if ls benches/*.rs >/dev/null 2>&1; then
         for bench in benches/*.rs; do
             bench=$(basename "$bench" .rs)

@@ -5,7 +5,6 @@ mod common;
 use base64::Engine;
 use bvhc::scene::{Degenerate, Format, ReadOptions, read_bytes};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::time::{Duration, Instant};
 
 const OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0 0.5\nv 1 1 0 1 0 0\nv 0 1.5e0 0\nv .5 2 -1\nvt 0 0\nvn 0 0 1\ng wall\nusemtl red\n\
     f 1 2 3\nf -5/1/1 -4/1/1 -3//1 -2\nf 1 2 3 4 5\no roof\nl 1 2 3\np 1\nf 1 \\\n3 5\n";
@@ -113,10 +112,7 @@ fn bases() -> Vec<(String, Vec<u8>)> {
     bases.map(|(name, base)| (name.to_owned(), base)).into()
 }
 
-/// What no file of some kilobytes takes unless the reader hangs, on however busy a machine.
-const HANGS: Duration = Duration::from_secs(60);
-
-/// Read `rounds` mutations of each base; every one must end, and without a panic.
+/// Read `rounds` mutations of each base; every one must end without a panic.
 fn survive(bases: &[(String, Vec<u8>)], rounds: usize) {
     let policies = [Degenerate::Keep, Degenerate::Drop, Degenerate::Error];
     let (mut read, mut refused) = (0u64, 0u64);
@@ -126,7 +122,6 @@ fn survive(bases: &[(String, Vec<u8>)], rounds: usize) {
             let bytes = mutated(base, &mut Random(round as u64 * 7919 + 1));
             let options =
                 ReadOptions { degenerate: policies[round % 3], max_memory: 64 << 20, ..ReadOptions::default() };
-            let started = Instant::now();
             let format = (round % 5 != 0).then_some(format);
             let kept = bytes.clone();
             match catch_unwind(AssertUnwindSafe(|| read_bytes(bytes, name, format, None, &options))) {
@@ -146,7 +141,6 @@ fn survive(bases: &[(String, Vec<u8>)], rounds: usize) {
                 }
                 Err(_) => panic!("{name}, mutation {round}, panicked on:\n{}", String::from_utf8_lossy(&kept)),
             }
-            assert!(started.elapsed() < HANGS, "{name}, mutation {round}: {:?}", started.elapsed());
         }
     }
     println!("{read} read, {refused} refused");

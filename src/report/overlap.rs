@@ -105,20 +105,16 @@ mod tests {
     use crate::build::{BuildOptions, Method, NoProgress};
     use crate::cache::Image;
     use crate::compile::build_tree;
-    use crate::scene::{Mesh, Part};
+    use crate::scene::Mesh;
     use crate::tree::Accel;
 
     /// Long slivers that cross each other, so that spatial splits happen.
     fn crossing() -> Mesh {
-        let mut mesh = Mesh::default();
-        for i in 0..200u32 {
-            let (t, n) = (i as f32 / 200.0, 3 * i);
+        soup((0..200u32).map(|i| {
+            let t = i as f32 / 200.0;
             let (a, b) = if i % 2 == 0 { ([t, 0.0, t], [t, 1.0, 0.5]) } else { ([0.0, t, t], [1.0, t, 0.5]) };
-            mesh.positions.extend([a, b, [a[0] + 0.004, a[1] + 0.004, a[2]]]);
-            mesh.triangles.push([n, n + 1, n + 2]);
-        }
-        mesh.parts = vec![Part { triangle_count: 200, prim_count: 200, ..Part::default() }];
-        mesh
+            [a, b, [a[0] + 0.004, a[1] + 0.004, a[2]]]
+        }))
     }
 
     #[test]
@@ -140,16 +136,10 @@ mod tests {
         }
     }
 
-    fn soup(corners: impl Iterator<Item = [[f32; 3]; 3]>) -> Mesh {
-        let mut mesh = Mesh::default();
-        for triangle in corners {
-            let n = mesh.positions.len() as u32;
-            mesh.positions.extend(triangle);
-            mesh.triangles.push([n, n + 1, n + 2]);
-        }
-        let count = mesh.triangles.len() as u32;
-        mesh.parts = vec![Part { triangle_count: count, prim_count: count, ..Part::default() }];
-        mesh
+    fn soup(triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Mesh {
+        let positions: Vec<[f32; 3]> = triangles.flatten().collect();
+        let corners = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        Mesh::new("", positions, corners).unwrap()
     }
 
     fn work(mesh: &Mesh) -> (EpoReport, u64) {

@@ -148,8 +148,6 @@ fn keep(name: &str, input: &[u8]) -> String {
 }
 
 fn planted(target: &Target, cases: u64) -> bool {
-    // Its panics are what is looked for.
-    std::panic::set_hook(Box::new(|_| ()));
     let mut all = true;
     for fault in target.faults {
         let plan = Plan::of(target, Some(fault));
@@ -160,6 +158,8 @@ fn planted(target: &Target, cases: u64) -> bool {
             !seen.iter().any(|text| text.contains(fault))
         });
         assert!(quiet && !pool.inputs.is_empty(), "a seed of {} comes upon {fault} by itself", target.name);
+        // From here on, panics are what is looked for.
+        std::panic::set_hook(Box::new(|_| ()));
         let found = (0..cases).find(|_| {
             let input = next_input(target, &pool, &mut dice);
             let failed = catch_unwind(AssertUnwindSafe(|| guard::hold(target, &input, &plan))).is_err();
@@ -171,13 +171,13 @@ fn planted(target: &Target, cases: u64) -> bool {
             }
             failed
         });
+        let _ = std::panic::take_hook();
         match found {
             Some(case) => println!("{}: the fault at '{fault}' is found by case {case}", target.name),
             None => println!("{}: the fault at '{fault}' is NOT found in {cases} cases", target.name),
         }
         all &= found.is_some();
     }
-    let _ = std::panic::take_hook();
     all
 }
 

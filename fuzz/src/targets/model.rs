@@ -22,7 +22,7 @@ pub const GLTF: Target = Target {
     name: "gltf",
     run: |input| read(input, "a.gltf", Format::Gltf),
     change: document::change,
-    faults: &["sparse", "singular", "byteStride"],
+    faults: &["sparse", "out of range", "byteStride"],
 };
 
 pub const POSING: Target = Target {
@@ -69,7 +69,7 @@ fn marks(scene: &Scene) -> Seen {
         }
     };
     mark(scene.meshes.iter().any(|m| m.parts.len() > 2), "part 2");
-    mark(report.singular_instances > 0, "singular");
+    mark(report.out_of_range_instances > 0, "out of range");
     mark(report.unweighted_vertices > 0, "unweighted");
     mark(scene.meshes.iter().any(|m| m.parts.iter().any(|p| p.prim_count > 5)), "polygon");
     seen
