@@ -20,6 +20,7 @@ pub(super) struct Source<'a> {
     done: u64,
     total: u64,
     used: u64,
+    lasting: u64,
 }
 
 impl<'a> Source<'a> {
@@ -30,7 +31,7 @@ impl<'a> Source<'a> {
         exec: &'a Executor,
         progress: Progress<'a>,
     ) -> Source<'a> {
-        Source { path, folder, options, inputs: Vec::new(), exec, progress, done: 0, total: 0, used: 0 }
+        Source { path, folder, options, inputs: Vec::new(), exec, progress, done: 0, total: 0, used: 0, lasting: 0 }
     }
 
     /// Count `bytes` towards the memory limit, before they are allocated.
@@ -46,6 +47,16 @@ impl<'a> Source<'a> {
     /// Give back what was charged and has been freed.
     pub fn release(&mut self, bytes: u64) {
         self.used = self.used.saturating_sub(bytes);
+    }
+
+    /// Note that so much of what was charged stays until reading ends, whoever asked for it.
+    pub fn keep(&mut self, bytes: u64) {
+        self.lasting += bytes;
+    }
+
+    /// What is charged and may be released: a step that frees all that it took releases the difference.
+    pub fn passing(&self) -> u64 {
+        self.used.saturating_sub(self.lasting)
     }
 
     /// What is left below the memory limit.

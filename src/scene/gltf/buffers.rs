@@ -50,7 +50,11 @@ impl<'b> Buffers<'b> {
             return Ok(());
         }
         let mut bytes = match (&json.uri, self.binary) {
-            (Some(uri), _) => Cow::Owned(fetch(uri, index, source)?),
+            (Some(uri), _) => {
+                let bytes = fetch(uri, index, source)?;
+                source.keep(bytes.len() as u64);
+                Cow::Owned(bytes)
+            }
             (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
             (None, _) => {
                 let mut fallback = json.extensions.iter().flat_map(|e| e.keys()).map(String::as_str);

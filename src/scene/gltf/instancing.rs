@@ -3,9 +3,11 @@ use super::buffers::Buffers;
 use super::document::{Document, Node};
 use super::extensions::INSTANCING;
 use super::nodes::compose;
+use super::whole::Index;
 use crate::geom::Affine;
 use crate::scene::SceneError;
 use crate::scene::source::Source;
+use serde::Deserialize;
 
 /// Whether `EXT_mesh_gpu_instancing` places a node's mesh.
 pub(super) fn is_instanced(node: &Node, source: &Source) -> bool {
@@ -28,9 +30,9 @@ pub(super) fn places(
     let attributes = attributes.ok_or_else(|| malformed("has no attributes".into()))?;
     let accessor = |name: &str| match attributes.get(name) {
         None => Ok(None),
-        Some(value) => match value.as_u64() {
-            Some(accessor) => Ok(Some(accessor as usize)),
-            None => Err(malformed(format!("names for {name} what is no accessor number"))),
+        Some(value) => match Index::deserialize(value) {
+            Ok(accessor) => Ok(Some(accessor.0 as usize)),
+            Err(_) => Err(malformed(format!("names for {name} what is no accessor number"))),
         },
     };
     let [translation, rotation, scale] = [accessor("TRANSLATION")?, accessor("ROTATION")?, accessor("SCALE")?];

@@ -95,14 +95,14 @@ fn place(
     scene: &mut Scene,
 ) -> Result<(), SceneError> {
     let node = &document.nodes[shown.node as usize];
-    let before = source.available();
+    let before = source.passing();
     let places = if is_skinned {
         scene.report.uninstanced_skins += u64::from(instancing::is_instanced(node, source));
         None
     } else {
         instancing::places(document, node, shown.node, buffers, source)?
     };
-    let places_bytes = before - source.available();
+    let places_bytes = source.passing() - before;
     let places = places.unwrap_or_else(|| vec![Affine::IDENTITY]);
     let name = node.name.clone().unwrap_or_default();
     source.charge((places.len() * (size_of::<Instance>() + name.len())) as u64, "the instances")?;

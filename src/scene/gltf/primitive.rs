@@ -136,13 +136,13 @@ impl<'s> Points<'s> {
             }
             (first, count)
         } else {
-            let before = source.available();
+            let before = source.passing();
             let joints = match self.place {
                 Place::Mesh => 0,
                 Place::World { joints, .. } => joints.len(),
             };
             let vertices = attributes.read(document, joints, place, buffers, source)?;
-            let read = before - source.available();
+            let read = source.passing() - before;
             report.unweighted_vertices += vertices.influences.as_ref().map_or(0, |i| i.unweighted);
             let (first, count) = (self.posed.len(), vertices.positions.len());
             source.charge((count * size_of::<[f64; 3]>()) as u64, "the posed positions")?;

@@ -30,7 +30,7 @@ impl Skin {
         let Some(accessor) = json.inverse_bind_matrices else {
             return Ok(Skin { joints, inverse_binds: vec![Affine::IDENTITY; count] });
         };
-        let (accessor, before) = (accessor.0 as usize, source.available());
+        let (accessor, before) = (accessor.0 as usize, source.passing());
         let given = accessor::count(document, accessor, source)?;
         if given < count as u64 {
             let reason = format!("skin {index} has {count} joints, but {given} inverse bind matrices");
@@ -42,7 +42,7 @@ impl Skin {
         };
         let inverse_binds = matrices.iter().take(count).enumerate().map(bind).collect::<Result<_, _>>()?;
         drop(matrices);
-        source.release(before - source.available());
+        source.release(source.passing() - before);
         Ok(Skin { joints, inverse_binds })
     }
 
