@@ -126,7 +126,7 @@ fn append(out: &mut Mesh, mesh: &Mesh, instance: &Instance, origin: [f64; 3], ex
         return None;
     }
 
-    // Either all meshes of a scene have the numbers of their vertices or none: validated where they come from.
+    // Either all meshes of a scene have the numbers of their vertices or none: `lay_out` refuses others.
     out.vertices.extend_from_slice(&mesh.vertices);
     let mirrors = to_tree.mirrors();
     out.source_prims.extend((0..mesh.triangles.len()).map(|i| mesh.source_prim(i)));

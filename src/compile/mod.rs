@@ -113,6 +113,11 @@ pub struct Placing {
 /// [`compile`] without the trees: what a file of this scene holds, to build over or to compare a file with.
 pub fn lay_out(scene: Scene, options: &BuildOptions, exec: &Executor) -> Result<LaidOut, BuildError> {
     scene.validate(exec)?;
+    let numbered = |mesh: &Mesh| !mesh.vertices.is_empty();
+    let mut with_triangles = scene.meshes.iter().filter(|mesh| !mesh.triangles.is_empty());
+    if scene.meshes.iter().any(numbered) && !with_triangles.all(numbered) {
+        return Err(BuildError::NoVertices);
+    }
     let plan = Plan::of(&scene, options.levels);
     let policy = scene.degenerate;
     let (mut meshes, instances) = keep_visible(scene);

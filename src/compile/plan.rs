@@ -52,11 +52,9 @@ impl Plan {
             Levels::One => Plan::One,
             Levels::Auto if !is_shared => groups(&visible),
             Levels::Auto | Levels::Two => {
-                let mut grains: Vec<Option<Grain>> = scene.meshes.iter().map(|_| None).collect();
                 let apart = visible.iter().map(|(instance, mesh)| {
-                    let index = instance.mesh as usize;
-                    (uses[index] == 1).then_some(())?;
-                    let grain = grains[index].get_or_insert_with(|| Grain::new(mesh));
+                    (uses[instance.mesh as usize] == 1).then_some(())?;
+                    let grain = Grain::new(mesh);
                     let by_matrix = grain.loss_by_matrix(&instance.transform).share;
                     (by_matrix > Loss::MOST).then_some(())?;
                     let origin = local_origin(world_box(&grain.bounds, &instance.transform));
@@ -207,8 +205,9 @@ pub(super) fn shift_meshes(laid: &mut LaidOut) -> Loss {
         if !least.is_tolerable()
             && let Some(shift) = transforms.iter().find_map(shift_to_floats)
         {
-            let mut moved = mesh.clone();
-            moved.positions.iter_mut().for_each(|p| *p = Affine::translation(shift.map(|c| -c)).bake(*p));
+            let by = Affine::translation(shift.map(|c| -c));
+            let positions = (0..mesh.positions.len()).map(|v| mesh.baked_position(v, &by)).collect();
+            let moved = Mesh { positions, remainders: Vec::new(), ..mesh.clone() };
             let placed: Vec<Affine> = transforms.iter().map(|t| t.then_inner(&Affine::translation(shift))).collect();
             let then = loss(&moved, &placed);
             if then.share < least.share {
