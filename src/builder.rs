@@ -5,7 +5,7 @@
 
 use crate::build::{BuildError, BuildOptions, NoProgress, Preset, Progress};
 use crate::cache::keys::Recipe;
-use crate::cache::{self, CacheError, Image, Meta, View, WriteOptions, WriteSummary};
+use crate::cache::{self, CacheError, Codec, Image, Meta, View, WriteOptions, WriteSummary};
 use crate::compile::compile;
 use crate::exec::Executor;
 use crate::geom::{Affine, Point, Ray};
@@ -216,17 +216,15 @@ impl Built {
     /// # Errors
     /// Where the file cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<WriteSummary, CacheError> {
-        self.write_with(path, &WriteOptions::default())
+        self.write_as(path, Codec::Raw)
     }
 
     /// [`Built::write`] with a codec.
     ///
     /// # Errors
     /// As [`Built::write`].
-    pub fn write_with(&self, path: impl AsRef<Path>, options: &WriteOptions) -> Result<WriteSummary, CacheError> {
-        // What a build made is sound, so that it need not be checked again.
-        let options = WriteOptions { check: cfg!(debug_assertions), ..*options };
-        cache::write_file(path.as_ref(), &self.image, &self.meta, &options, &self.exec)
+    pub fn write_as(&self, path: impl AsRef<Path>, codec: Codec) -> Result<WriteSummary, CacheError> {
+        cache::write_file(path.as_ref(), &self.image, &self.meta, &WriteOptions::of_build(codec), &self.exec)
     }
 
     /// The file's bytes.
@@ -234,8 +232,7 @@ impl Built {
     /// # Errors
     /// Where names or notes exceed the format's limits.
     pub fn to_bytes(&self) -> Result<Vec<u8>, CacheError> {
-        let options = WriteOptions { check: cfg!(debug_assertions), ..WriteOptions::default() };
-        cache::to_bytes(&self.image, &self.meta, &options, &self.exec)
+        cache::to_bytes(&self.image, &self.meta, &WriteOptions::of_build(Codec::Raw), &self.exec)
     }
 
     /// The records, as traversal and the file have them.

@@ -90,8 +90,10 @@ pub(crate) fn initial_tree(
 /// it holds beside them.
 pub(crate) fn bytes_to_reserve(triangles: usize, options: &BuildOptions) -> u64 {
     let references = match options.method {
-        Method::Sbvh => budgeted_slots(triangles, options.split_budget),
-        _ => presplit::budgeted(triangles, options.presplit),
+        Method::Sbvh | Method::Auto | Method::Best => budgeted_slots(triangles, options.split_budget),
+        Method::Binned | Method::Bonsai | Method::Sweep | Method::Agglomerative => {
+            presplit::budgeted(triangles, options.presplit)
+        }
     };
     let beside = match options.method {
         Method::Sweep => sweep::BYTES_PER_REF,

@@ -43,6 +43,13 @@ pub struct WriteOptions {
     pub check: bool,
 }
 
+impl WriteOptions {
+    /// For what a build made: debug builds, and so every test, look into each record before they write it; a release trusts the builders.
+    pub const fn of_build(codec: Codec) -> WriteOptions {
+        WriteOptions { codec, check: cfg!(debug_assertions) }
+    }
+}
+
 impl Default for WriteOptions {
     fn default() -> WriteOptions {
         WriteOptions { codec: Codec::Raw, check: true }

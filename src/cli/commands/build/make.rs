@@ -82,8 +82,7 @@ impl Workshop<'_> {
         if !self.args.force {
             caches::may_replace(&job.output)?;
         }
-        // Debug builds, and so every test, look into each record before they write it; a release trusts what it built.
-        let options = WriteOptions { codec: self.codec, check: cfg!(debug_assertions) };
+        let options = WriteOptions::of_build(self.codec);
         let written = cache::write_file(&job.output, &image, &meta, &options, &self.context.exec)
             .map_err(|e| caches::failure(&e))?;
         drop(publishing);
