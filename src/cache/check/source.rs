@@ -94,7 +94,8 @@ fn check_mesh(content: &Content<'_>, tree: usize, mesh: &Mesh, out: &mut Report)
         if *row != expected {
             let place = Place::record(SectionKind::GEOM, (low + k) as u64);
             out.add(&rules::E0604, place, || {
-                (format!("the source has {}", fields(&expected)), format!("GEOM has {}", fields(row)))
+                let of_source = GeomRecord { kept_count: part.triangle_count, ..expected };
+                (format!("the source has {}", fields(&of_source)), format!("GEOM has {}", fields(row)))
             });
         }
     }
@@ -145,14 +146,18 @@ fn check_mesh(content: &Content<'_>, tree: usize, mesh: &Mesh, out: &mut Report)
 /// Compare what other sections say of a part.
 fn check_origin(content: &Content<'_>, geom: usize, part: &Part, out: &mut Report) {
     let place = Place::record(SectionKind::GEOM, geom as u64);
-    let (expected, material) = (clip_name(&part.material), content.materials.get(geom).unwrap_or_default());
-    if expected != material {
+    let expected = clip_name(&part.material);
+    if let Some(materials) = &content.materials
+        && let material = materials.get(geom).unwrap_or_default()
+        && expected != material
+    {
         out.add(&rules::E0604, place, || {
             (format!("its material in the source is {expected:?}"), format!("the file has {material:?}"))
         });
     }
     let is_mirrored = |yes: bool| if yes { "mirrored" } else { "not mirrored" };
-    let stated = content.sides.get(geom).is_some_and(|side| side & side_flags::MIRRORED != 0);
+    let Some(sides) = content.sides else { return };
+    let stated = sides.get(geom).is_some_and(|side| side & side_flags::MIRRORED != 0);
     let expected = part.mirrored && part.baked_node.is_some();
     if expected != stated {
         out.add(&rules::E0604, place, || {

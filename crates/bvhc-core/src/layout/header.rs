@@ -28,7 +28,7 @@ pub struct Header {
     pub magic: [u8; 8],
     /// [`MAJOR`] of the writer.
     pub major: u16,
-    /// [`MINOR`] of the writer.
+    /// The lowest minor version that has all sections of the file, at most [`MINOR`] of the writer.
     pub minor: u16,
     /// The smallest minor of a reader of the same major that can read the file.
     pub min_minor: u16,
@@ -42,7 +42,7 @@ pub struct Header {
     pub features_optional: u64,
     /// Entries of the section table, at most [`MAX_SECTIONS`].
     pub section_count: u32,
-    /// Bytes from one entry to the next, at least [`SectionEntry::LEN`](super::SectionEntry::LEN).
+    /// Bytes from one entry to the next: [`SectionEntry::LEN`](super::SectionEntry::LEN).
     pub section_entry_len: u32,
     /// First byte of the table in the file.
     pub section_table_off: u64,

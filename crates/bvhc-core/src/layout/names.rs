@@ -17,7 +17,7 @@ pub fn clip(text: &str, max: usize) -> &str {
     &text[..end.unwrap_or(0)]
 }
 
-/// A section's bytes, or `None` where no name has a letter or the text would not fit 32-bit offsets.
+/// A section's bytes, or `None` where every name is empty or the text would not fit 32-bit offsets.
 pub fn encode_names(names: &[String]) -> Option<Vec<u8>> {
     let text_len: usize = names.iter().map(|n| clip_name(n).len()).sum();
     let (count, text_len) = (u32::try_from(names.len()).ok()?, u32::try_from(text_len).ok()?);
@@ -43,7 +43,7 @@ pub struct Names<'a> {
 }
 
 impl<'a> Names<'a> {
-    /// From the bytes of a NAMS section. Nothing is checked here: broken bytes have fewer names, or names that are `None`.
+    /// From the bytes of a NAMS or MATS section. Nothing is checked here: broken bytes have fewer names, or names that are `None`.
     pub fn new(bytes: &'a [u8]) -> Names<'a> {
         Names { bytes }
     }

@@ -3,6 +3,7 @@
 use super::{Hit, Malformed, NoObserver, try_any_hit, try_closest_hit};
 use crate::cache::Opened;
 use crate::exec::Executor;
+use crate::geom::vector::{cross, sub};
 use crate::geom::{Affine, Ray};
 use crate::layout::View;
 
@@ -44,9 +45,8 @@ impl Opened<'_> {
     pub fn normal(&self, hit: &Hit) -> Option<[f64; 3]> {
         let triangle = self.triangles().get(hit.triangle).filter(|t| t.geom == hit.geom)?;
         let [v0, v1, v2] = triangle.corners().map(|p| p.map(f64::from));
-        let (a, b) = ([0, 1, 2].map(|i| v1[i] - v0[i]), [0, 1, 2].map(|i| v2[i] - v0[i]));
         let turn = if self.is_mirrored(hit.geom) { -1.0 } else { 1.0 };
-        let n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]].map(|c| turn * c);
+        let n = cross(sub(v1, v0), sub(v2, v0)).map(|c| turn * c);
         let Some(id) = hit.instance else { return Some(n) };
         // A normal goes into the world by the transposed inverse: the columns of the way back.
         let rows = Affine::from_f32(&self.instances()[self.instance_record(id)?].world_to_object).rows;

@@ -78,10 +78,10 @@ pub struct Content<'a> {
     pub meta: Option<&'a Meta>,
     /// `None` where there is no `VERT`.
     pub vertices: Option<&'a [[u32; 3]]>,
-    /// Empty where there is no `SIDE`.
-    pub sides: &'a [u32],
-    /// Empty where there is no `MATS`.
-    pub materials: Names<'a>,
+    /// Empty where there is no `SIDE`, `None` where it cannot be read.
+    pub sides: Option<&'a [u32]>,
+    /// Empty where there is no `MATS`, `None` where it cannot be read.
+    pub materials: Option<Names<'a>>,
 }
 
 /// Compares the content of a file with the model that it was built from, and adds what it finds to the report.
@@ -191,8 +191,11 @@ fn check_content(
         provenance::check_materials(bytes, entry.elem_count, view.geoms.len(), out);
     }
     if let Some(source) = source {
-        let materials = Names::new(materials.map(|(bytes, _)| bytes).unwrap_or_default());
-        let sides = sides.unwrap_or_default();
+        // What is there and cannot be read has been said: it is compared with nothing.
+        let is_absent = |kind| container.find(kind, 0).is_none();
+        let materials = materials.map(|(bytes, _)| bytes).or_else(|| is_absent(SectionKind::MATS).then_some(&[][..]));
+        let sides = sides.or_else(|| is_absent(SectionKind::SIDE).then_some(&[][..]));
+        let materials = materials.map(Names::new);
         source(&Content { view, meta: meta.as_ref(), vertices, sides, materials }, out);
     }
 }

@@ -109,6 +109,9 @@ fn flag(row: &'static OptionInfo) -> Arg {
 fn reason(error: &BuildError) -> String {
     match error {
         BuildError::Option { rule, .. } => rule.clone(),
+        BuildError::UnknownName { name, nearest: Some(nearest), .. } => {
+            format!("there is no option {name}; did you mean {nearest}? -O help lists them")
+        }
         BuildError::UnknownName { name, choices, .. } => format!("there is no option {name}, only {choices}"),
         other => other.to_string(),
     }
