@@ -17,7 +17,7 @@ case "${1:-}" in
     --minute) mode=minute; shift ;;
     --planted) mode=planted; shift ;;
     --minimise) mode=minimise; shift ;;
-    -*) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 2 ;;
+    -*) sed -n '2,10s/^# \{0,1\}//p' "$0"; exit 2 ;;
     [0-9]*) cases=$1; shift ;;
 esac
 [ $# -gt 0 ] && targets=("$@")
@@ -67,7 +67,7 @@ for target in "${targets[@]}"; do
         state=FAILED failed+=("$target")
         grep -aE 'panicked at|^==[0-9]+== ERROR|SUMMARY|Test unit written' -A1 "$log" | head -12 >&2 || true
     fi
-    last=$(grep -aoE 'cov: [0-9]+ ft: [0-9]+ corp: [0-9]+' "$log" | tail -n 1)
+    last=$(grep -aoE 'cov: [0-9]+ ft: [0-9]+ corp: [0-9]+' "$log" | tail -n 1 || true)
     done_cases=$(grep -aoE 'number_of_executed_units: [0-9]+' "$log" | grep -oE '[0-9]+$' || echo '?')
     rate=$(grep -aoE 'average_exec_per_sec: *[0-9]+' "$log" | grep -oE '[0-9]+$' || echo '?')
     printf '%-9s %s: %s cases at %s/s, %s\n' "$target" "$state" "$done_cases" "$rate" "${last:-no coverage}"

@@ -114,14 +114,10 @@ fn recipes() -> Vec<BuildOptions> {
 fn assert_good(name: &str, triangles: &[Corners]) {
     let mesh = mesh_of(triangles);
     for recipe in recipes() {
-        let start = Instant::now();
         for max_leaf in [1, 8, 255] {
             let options = BuildOptions { max_leaf, ..recipe.clone() };
             assert_sound(&mesh, &build(&mesh, &options, 1), max_leaf);
         }
-        let (spent, method, count) = (start.elapsed(), recipe.method, triangles.len());
-        // No speed: what takes so long is not linear any more.
-        assert!(spent < Duration::from_secs(120), "{name}: {spent:?} for three {method} trees of {count} triangles");
     }
 }
 

@@ -39,8 +39,10 @@ build() {
     cargo build --quiet --release --target-dir "$scratch/$1" -p "$1"
     took=$(($(milliseconds) - start))
 }
-build bvhc-test-client && core=$took
-build bvhc && root=$took
+build bvhc-test-client
+core=$took
+build bvhc
+root=$took
 awk -v core="$core" -v root="$root" 'BEGIN {
     printf "clean release build: %.1f s for the program on bvhc-core, %.1f s for the root package, %.1f times\n", core / 1000, root / 1000, root / core
 }'

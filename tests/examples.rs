@@ -75,7 +75,11 @@ fn a_box_touches_what_brute_force_says() {
 #[test]
 fn a_wrong_call_is_told_and_nothing_is_written() {
     for name in ["own_geometry", "render", "collision"] {
-        let out = example(name).output().unwrap();
-        assert!(!out.status.success() && String::from_utf8_lossy(&out.stderr).contains("usage"), "{name}");
+        let folder = tempfile::tempdir().unwrap();
+        let out = example(name).current_dir(&folder).output().unwrap();
+        assert_eq!(out.status.code(), Some(1), "{name}: {out:?}");
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert!(said.starts_with(&format!("Error: \"usage: {name} ")) && out.stdout.is_empty(), "{name}: {said}");
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0, "{name}");
     }
 }

@@ -26,6 +26,7 @@ pub struct Failure {
 /// The object that `--json` puts on stderr, one line.
 #[derive(Serialize)]
 struct JsonFailure<'a> {
+    schema: &'static str,
     reason: &'static str,
     exit_code: u8,
     exit_name: &'static str,
@@ -85,6 +86,7 @@ impl Failure {
 
     pub fn to_json(&self) -> String {
         let object = JsonFailure {
+            schema: "bvhc.error.v1",
             reason: "error",
             exit_code: self.exit.code(),
             exit_name: self.exit.name(),

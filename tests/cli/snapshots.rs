@@ -20,7 +20,7 @@ fn transcript(place: &Place, commands: &[&str]) -> String {
     text.replace(&folder, "FOLDER").replace(&program().display().to_string(), "bvhc")
 }
 
-/// Compare with the snapshot, but for what a clock, a machine or a version says.
+/// Compare with the snapshot, but for what depends on the clock or the machine.
 fn keep(name: &str, place: &Place, commands: &[&str]) {
     let mut settings = insta::Settings::clone_current();
     settings.set_prepend_module_to_snapshot(false);

@@ -50,7 +50,6 @@ fn file(levels: Levels) -> Vec<u8> {
 #[test]
 fn a_ray_through_damaged_records_ends() {
     let mut random = Random(1);
-    let start = std::time::Instant::now();
     let (mut answers, mut malformed) = (0, 0);
     for levels in [Levels::One, Levels::Two] {
         let whole = file(levels);
@@ -91,8 +90,6 @@ fn a_ray_through_damaged_records_ends() {
         }
     }
     assert!(answers > 1000 && malformed > 1000, "{answers} answers, {malformed} malformed");
-    // A guard against walks without end, not a speed.
-    assert!(start.elapsed().as_secs() < 600, "{:?}", start.elapsed());
 }
 
 /// Leaves may overlap in such a file. If each were followed, 8 KiB of nodes would stand for 255 times its triangles.

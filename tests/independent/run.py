@@ -101,12 +101,6 @@ def said(done):
         return done.stderr.decode("utf-8", "replace").strip()[-500:]
 
 
-def flags_of(tool):
-    """Models whose triangles are all left out are refused unless the tool is told to keep them: what it keeps is judged here."""
-    text = subprocess.run([tool, "build", "--help"], capture_output=True).stdout
-    return ["--empty", "keep"] if b"--empty" in text else []
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("paths", nargs="+", metavar="FOLDER_OR_MODEL")
@@ -119,7 +113,8 @@ def main():
     arguments = parser.parse_args()
     jobs, counts, records, began = [], {}, [], time.time()
     with tempfile.TemporaryDirectory(dir=arguments.scratch) as scratch:
-        flags = flags_of(arguments.tool) + arguments.flag
+        # Models whose triangles are all left out are refused without this: what is kept of them is judged here.
+        flags = ["--empty", "keep"] + arguments.flag
         jobs = [(path, arguments.tool, scratch, flags) for path in find(arguments.paths)]
         # The largest models go first, so that no process is left alone with them at the end.
         jobs.sort(key=lambda job: -os.path.getsize(job[0]))

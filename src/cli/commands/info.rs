@@ -34,6 +34,7 @@ pub struct InfoArgs {
 #[derive(Serialize)]
 struct Document {
     schema: &'static str,
+    exit_code: u8,
     files: Vec<NamedInfo>,
 }
 
@@ -55,7 +56,7 @@ pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
     if terminal.json {
         let named = |(path, info): (PathBuf, FileInfo)| NamedInfo { path: path.to_string_lossy().into_owned(), info };
         let files = infos.into_iter().map(named).collect();
-        terminal.document(&Document { schema: "bvhc.info.v1", files })?;
+        terminal.document(&Document { schema: "bvhc.info.v1", exit_code: exit.code(), files })?;
         return Ok(exit);
     }
     for (i, (path, info)) in infos.iter().enumerate() {

@@ -61,6 +61,7 @@ impl Epo {
 #[derive(Serialize)]
 struct Document<'a> {
     schema: &'static str,
+    exit_code: u8,
     files: &'a [FileReport],
 }
 
@@ -75,7 +76,7 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
         Ok(FileReport { epo, notes, ..FileReport::of_view(name, opened.header().file_len, &view) })
     });
     if context.terminal.json {
-        context.terminal.document(&Document { schema: "bvhc.stats.v1", files: &reports })?;
+        context.terminal.document(&Document { schema: "bvhc.stats.v1", exit_code: exit.code(), files: &reports })?;
     } else if args.csv {
         context.terminal.print(&csv(&reports))?;
     } else if !reports.is_empty() {

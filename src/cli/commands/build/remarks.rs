@@ -103,12 +103,8 @@ impl Remarks<'_> {
 
 /// `3 triangles without area`, `1 vertex without weights`.
 fn counted(n: u64, what: &str, which: &str) -> String {
-    let plural = match what.strip_prefix("vertex") {
-        _ if n == 1 => what.to_string(),
-        Some(rest) => format!("vertices{rest}"),
-        None => format!("{what}s"),
-    };
-    format!("{} {plural}{which}", figures::count(n))
+    let many = what.strip_prefix("vertex").map_or(format!("{what}s"), |rest| format!("vertices{rest}"));
+    format!("{}{which}", figures::counted(n, what, &many))
 }
 
 fn lost(by: &str, loss: &Loss) -> String {
