@@ -1,9 +1,12 @@
 //! What the arguments of `bvhc build` name: files, patterns that the shell left alone, or standard input.
 
 use super::BuildArgs;
+use super::frames::{self, Frame};
 use super::plan::{Input, Job};
+use crate::cli::Context;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::figures;
 use crate::cli::names;
 use std::cmp::Ordering;
 use std::io::{IsTerminal, Read};
@@ -12,9 +15,10 @@ use std::path::{Path, PathBuf};
 /// What standard input is called in messages and in META.
 pub const STDIN: &str = "stdin";
 
-/// The models in order: patterns are replaced by the files that they match, in natural order, and `-` is read.
-pub fn expand(args: &BuildArgs, max_memory: u64) -> Result<Vec<Input>, Failure> {
+/// The models in order: patterns are replaced by the files that they match, in the order of their numbers, and `-` is read.
+pub fn expand(args: &BuildArgs, context: &Context) -> Result<Vec<Input>, Failure> {
     let mut inputs: Vec<Input> = Vec::new();
+    let plain = |path: PathBuf| Input { path, bytes: None, frame: None };
     let is_stdin = |path: &Path| path.as_os_str() == "-";
     if args.read.input_format.is_some() && !args.inputs.iter().any(|i| is_stdin(i)) {
         return Err(Failure::new(Exit::Usage, "cannot build").fact(
@@ -26,10 +30,25 @@ pub fn expand(args: &BuildArgs, max_memory: u64) -> Result<Vec<Input>, Failure> 
             if inputs.iter().any(|i| i.bytes.is_some()) {
                 return Err(Failure::new(Exit::Usage, "cannot build").fact("standard input can be read only once"));
             }
-            inputs.push(Input { path: STDIN.into(), bytes: Some(read_stdin(args, max_memory)?) });
+            let bytes = Some(read_stdin(args, context.global.max_memory)?);
+            inputs.push(Input { bytes, ..plain(STDIN.into()) });
+        } else if let Some(sequence) = frames::resolve(path, &args.frames) {
+            let sequence = sequence?;
+            sequence.warnings.iter().for_each(|warning| context.terminal.warn(warning));
+            context.terminal.detail(&sequence.summary);
+            let input = |frame: Frame| Input { frame: Some((frame.number, frame.path)), ..plain(frame.model) };
+            inputs.extend(sequence.frames.into_iter().map(input));
+        } else if args.frames.literal {
+            inputs.push(plain(path.clone()));
         } else {
-            inputs.extend(matches(path)?.into_iter().map(|path| Input { path, bytes: None }));
+            inputs.extend(matches(path)?.into_iter().map(plain));
         }
+    }
+    if let Some(list) = args.frames.frames.as_ref().filter(|_| inputs.iter().all(|i| i.frame.is_none())) {
+        let count = figures::counted(list.list().len() as u64, "frame", "frames");
+        return Err(Failure::new(Exit::Usage, "cannot build")
+            .fact(format!("--frames names {count}, and no input is a pattern of frames"))
+            .help("put the place of the number into the name, for example 'heli.%04d.obj' or 'heli.####.obj'"));
     }
     Ok(inputs)
 }

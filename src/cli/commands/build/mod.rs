@@ -1,8 +1,9 @@
 //! `bvhc build`: models in, cache files out.
 //!
-//! `options` are the flags that change the output, `inputs` what the arguments name, `plan` decides what has to be done and why, `make` does it for one output,
+//! `options` are the flags that change the output, `inputs` what the arguments name, `frames` what patterns of frames stand for, `plan` decides what has to be done and why, `make` does it for one output,
 //! `outcome` says what was done, and `remarks` what did not arrive whole.
 
+mod frames;
 mod inputs;
 mod make;
 pub mod options;
@@ -22,6 +23,7 @@ use crate::cli::terminal::Terminal;
 use crate::report::info::hex;
 use crate::scene::ReadOptions;
 use clap::{Args, ValueEnum};
+use frames::FrameArgs;
 use make::Workshop;
 use outcome::{ErrorObject, Outcome, Status};
 pub use plan::same_file;
@@ -36,10 +38,11 @@ use std::time::SystemTime;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct BuildArgs {
-    /// Models to compile: files, quoted patterns such as 'models/*.obj', or `-` for standard input
+    /// Models to compile: files, quoted patterns such as 'models/*.obj' or 'heli.%04d.obj', or `-` for standard input
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// File to write, or a folder (`DIR/`) that receives one .bvhc file per input
+    /// File to write, a folder (`DIR/`) that receives one .bvhc file per input, or a pattern such as 'heli.%04d.bvhc' for
+    /// frames
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
     /// Build even what is up to date, and over files that are no caches
@@ -65,6 +68,8 @@ pub struct BuildArgs {
     #[arg(long, value_name = "raw|zstd[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
     pub codec: Codec,
 
+    #[command(flatten)]
+    pub frames: FrameArgs,
     #[command(flatten)]
     pub read: options::ReadArgs,
     #[command(flatten)]
@@ -98,6 +103,7 @@ pub struct DepfileArgs {
 const EXAMPLES: &str = "Examples:
   bvhc build rock.glb -o rock.bvhc
   bvhc build *.obj -o caches/ --preset balanced
+  bvhc build 'heli.%04d.obj' -o 'heli.%04d.bvhc' --frames 1-100
   export-scene | bvhc build - --input-format glb -o scene.bvhc
   bvhc build rock.gltf -o rock.bvhc --depfile rock.bvhc.d     for Ninja and Make
   bvhc build rock.glb -o rock.bvhc --dry-run                  says why it would build";
@@ -110,7 +116,7 @@ struct Document<'a> {
 }
 
 pub fn run(args: &BuildArgs, context: &Context) -> Result<Exit, Failure> {
-    let jobs = plan::jobs(args, inputs::expand(args, context.global.max_memory)?)?;
+    let jobs = plan::jobs(args, inputs::expand(args, context)?)?;
     let workshop = workshop(args, context)?;
     let (mut outcomes, mut exits) = (Vec::new(), Vec::new());
     for job in &jobs {
@@ -204,7 +210,8 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
         caches::may_replace(&job.output)?;
     }
     if args.dry_run {
-        let line = format!("{name}  would build: {reason}");
+        let from = job.frame.map_or_else(String::new, |_| format!(" from {}", names::path(&job.input)));
+        let line = format!("{name}  would build{from}: {reason}");
         return Ok((Outcome { reason: Some(reason), ..Outcome::new(job, Status::WouldBuild) }, line));
     }
 

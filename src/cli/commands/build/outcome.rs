@@ -16,6 +16,9 @@ use std::time::Duration;
 pub struct Outcome {
     pub input: String,
     pub output: String,
+    /// Its number, where the input is a frame of a pattern.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<i32>,
     pub status: Status,
     /// Why it was or would be built.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -93,6 +96,7 @@ impl Outcome {
         Outcome {
             input: job.input.to_string_lossy().into_owned(),
             output: job.output.to_string_lossy().into_owned(),
+            frame: job.frame,
             status,
             reason: None,
             build_key: None,

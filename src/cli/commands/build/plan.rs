@@ -1,5 +1,6 @@
 //! What has to be done: which output each input has, and whether it is up to date, judged by content and never by time stamps.
 
+use super::frames::Pattern;
 use super::{BuildArgs, Empty};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Freshness, SectionEntry};
@@ -16,6 +17,8 @@ pub struct Input {
     pub path: PathBuf,
     /// Its content, if it came from standard input.
     pub bytes: Option<Vec<u8>>,
+    /// Its number, if it is a frame, and the path that its pattern has for that number.
+    pub frame: Option<(i32, PathBuf)>,
 }
 
 impl Input {
@@ -32,6 +35,8 @@ pub struct Job {
     pub output: PathBuf,
     /// The model itself where it came from standard input; `input` then is only its name.
     pub bytes: Option<Vec<u8>>,
+    /// The number of the frame, where it is one of a pattern.
+    pub frame: Option<i32>,
 }
 
 /// Whether a job has anything to do.
@@ -51,10 +56,17 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
     let ends_in_separator =
         args.output.as_os_str().as_encoded_bytes().last().is_some_and(|b| *b == b'/' || *b == b'\\' && cfg!(windows));
     let into_folder = ends_in_separator || args.output.is_dir();
-    if inputs.len() > 1 && !into_folder {
-        let fact =
-            format!("{} inputs need a folder to go to, and {} is not one", inputs.len(), names::path(&args.output));
-        return Err(refuse(fact).help(format!("write -o {}/ to make it a folder", names::path(&args.output))));
+    let pattern = pattern_of_output(args, &inputs, into_folder)?;
+    if inputs.len() > 1 && !into_folder && pattern.is_none() {
+        let shown = names::path(&args.output);
+        let refused = refuse(format!("{} inputs need a folder to go to, and {shown} is not one", inputs.len()));
+        let help = match inputs.iter().all(|i| i.frame.is_some()) {
+            true => format!(
+                "write -o {shown}/ to make it a folder, or give each frame a name by a pattern, such as '%04d.bvhc'"
+            ),
+            false => format!("write -o {shown}/ to make it a folder"),
+        };
+        return Err(refused.help(help));
     }
     if let Some(depfile) = &args.depfile.path {
         if inputs.len() > 1 {
@@ -69,16 +81,20 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
     // Give every input its output, and every output to one input.
     let mut owners: BTreeMap<PathBuf, PathBuf> = BTreeMap::new();
     let mut jobs = Vec::new();
-    for Input { path: input, bytes } in inputs {
+    for Input { path: input, bytes, frame } in inputs {
         if into_folder && bytes.is_some() {
             return Err(refuse("standard input has no name from which to name a file in a folder".into())
                 .help("name the file itself with -o"));
         }
         let output = if into_folder {
-            let stem = input.file_stem().ok_or_else(|| refuse(format!("{} names no file", names::path(&input))))?;
+            // A frame that repeats another one keeps the name of its own.
+            let named = frame.as_ref().map_or(&input, |(_, path)| path);
+            let stem = named.file_stem().ok_or_else(|| refuse(format!("{} names no file", names::path(&input))))?;
             let mut name = stem.to_os_string();
             name.push(".bvhc");
             args.output.join(name)
+        } else if let (Some(pattern), Some((number, _))) = (&pattern, &frame) {
+            pattern.path(*number)
         } else {
             args.output.clone()
         };
@@ -91,10 +107,12 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
             );
             return Err(refuse(fact).help("build one of them into another folder"));
         }
-        jobs.push(Job { input, output, bytes });
+        jobs.push(Job { input, output, bytes, frame: frame.map(|(number, _)| number) });
     }
+    let files = jobs.iter().filter(|j| j.bytes.is_none()).filter_map(|j| Some((Identity::of(&j.input)?, &j.input)));
+    let files: BTreeMap<Identity, &PathBuf> = files.collect();
     for job in &jobs {
-        if let Some(Job { input, .. }) = jobs.iter().find(|j| j.bytes.is_none() && same_file(&j.input, &job.output)) {
+        if let Some(input) = Identity::of(&job.output).and_then(|output| files.get(&output)) {
             return Err(refuse(format!("the output {} is the input {}", names::path(&job.output), names::path(input)))
                 .help("name another output with -o"));
         }
@@ -125,16 +143,49 @@ pub fn writable(job: &Job) -> Result<(), Failure> {
     }
 }
 
-/// Do two paths lead to one existing file? Links are followed.
-pub fn same_file(a: &Path, b: &Path) -> bool {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt;
-        if let (Ok(a), Ok(b)) = (a.metadata(), b.metadata()) {
-            return (a.dev(), a.ino()) == (b.dev(), b.ino());
-        }
+/// The pattern that names an output for each frame; `None` for a folder and for a plain name.
+fn pattern_of_output(args: &BuildArgs, inputs: &[Input], into_folder: bool) -> Result<Option<Pattern>, Failure> {
+    if args.frames.literal || into_folder || !inputs.iter().all(|i| i.frame.is_some()) {
+        return Ok(None);
     }
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    let refuse = |fact: String| Failure::new(Exit::Usage, "cannot build").fact(fact);
+    let shown = || names::path(&args.output);
+    match Pattern::parse(&args.output) {
+        None => Ok(None),
+        Some(Err(reason)) => Err(refuse(format!("as a pattern of outputs, {} is wrong: {reason}", shown()))),
+        Some(Ok(pattern)) if pattern.numbers.is_some() => {
+            Err(refuse(format!("{} has a list of frames, and outputs have the numbers of their inputs", shown()))
+                .help("choose frames by --frames"))
+        }
+        Some(Ok(pattern)) => Ok(Some(pattern)),
+    }
+}
+
+/// What tells existing files apart, whatever path leads to them. Links are followed.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+enum Identity {
+    #[cfg(unix)]
+    Inode(u64, u64),
+    #[cfg(not(unix))]
+    Path(PathBuf),
+}
+
+impl Identity {
+    #[cfg(unix)]
+    fn of(path: &Path) -> Option<Identity> {
+        use std::os::unix::fs::MetadataExt;
+        path.metadata().ok().map(|file| Identity::Inode(file.dev(), file.ino()))
+    }
+
+    #[cfg(not(unix))]
+    fn of(path: &Path) -> Option<Identity> {
+        path.canonicalize().ok().map(Identity::Path)
+    }
+}
+
+/// Do two paths lead to one existing file?
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((Identity::of(a), Identity::of(b)), (Some(a), Some(b)) if a == b)
 }
 
 /// Compare an output with what building it now would give.

@@ -1,0 +1,100 @@
+//! The files of a folder that a pattern of frames matches.
+
+use super::pattern::{Match, Pattern};
+use std::collections::BTreeMap;
+
+/// What is there.
+#[derive(Debug, Default)]
+pub struct Folder {
+    /// Names by frame number.
+    pub files: BTreeMap<i32, String>,
+    /// Names that would match with another number of digits, and that number.
+    pub padded: BTreeMap<i32, (String, usize)>,
+    /// The first number that two files have.
+    pub twice: Option<(i32, [String; 2])>,
+}
+
+impl Folder {
+    pub fn read(pattern: &Pattern) -> std::io::Result<Folder> {
+        let mut names: Vec<String> = Vec::new();
+        for entry in std::fs::read_dir(pattern.folder())? {
+            // A name that is not Unicode cannot match, since patterns are.
+            names.extend(entry?.file_name().into_string().ok());
+        }
+        names.sort_unstable();
+        let mut folder = Folder::default();
+        for name in names {
+            match pattern.matches(&name) {
+                Match::No => {}
+                Match::Padded(number, width) => _ = folder.padded.entry(number).or_insert((name, width)),
+                Match::Frame(number) => {
+                    if let Some(other) = folder.files.insert(number, name.clone()) {
+                        folder.twice.get_or_insert((number, [other, name]));
+                    }
+                }
+            }
+        }
+        Ok(folder)
+    }
+
+    /// The numbers from the first to the last frame, in the steps that all frames have.
+    pub fn expected(&self) -> Vec<i32> {
+        let numbers: Vec<i32> = self.files.keys().copied().collect();
+        let steps = numbers.windows(2).map(|pair| i64::from(pair[1]) - i64::from(pair[0]));
+        let Some(step) = steps.reduce(common_divisor) else { return numbers };
+        let (first, last) = (numbers[0], numbers[numbers.len() - 1]);
+        // Two frames far apart are no sequence with a million holes.
+        let count = (i64::from(last) - i64::from(first)) / step + 1;
+        if count > 16 * numbers.len() as i64 + 1024 {
+            return numbers;
+        }
+        (0..count).map(|i| (i64::from(first) + i * step) as i32).collect()
+    }
+}
+
+fn common_divisor(a: i64, b: i64) -> i64 {
+    if b == 0 { a } else { common_divisor(b, a % b) }
+}
+
+/// Ascending numbers as a list of a few ranges: `3, 7-9 and 12 more`.
+pub fn ranges(numbers: &[i32]) -> String {
+    const SHOWN: usize = 5;
+    let mut runs: Vec<(i32, i32)> = Vec::new();
+    for &number in numbers {
+        match runs.last_mut() {
+            Some((_, last)) if last.checked_add(1) == Some(number) => *last = number,
+            _ => runs.push((number, number)),
+        }
+    }
+    let text = |&(first, last): &(i32, i32)| if first == last { first.to_string() } else { format!("{first}-{last}") };
+    let shown: Vec<String> = runs.iter().take(SHOWN).map(text).collect();
+    let rest: i64 = runs.iter().skip(SHOWN).map(|(first, last)| i64::from(*last) - i64::from(*first) + 1).sum();
+    if rest == 0 { shown.join(", ") } else { format!("{} and {rest} more", shown.join(", ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_may_have_a_step() {
+        let expected = |numbers: &[i32]| {
+            let files = numbers.iter().map(|n| (*n, String::new())).collect();
+            Folder { files, ..Folder::default() }.expected()
+        };
+        assert_eq!(expected(&[1, 2, 4]), [1, 2, 3, 4]);
+        assert_eq!(expected(&[10, 20, 40]), [10, 20, 30, 40]);
+        assert_eq!(expected(&[-2, 0, 2]), [-2, 0, 2]);
+        assert_eq!(expected(&[5]), [5]);
+        assert_eq!(expected(&[1, 1_000_000_000]), [1, 1_000_000_000]);
+        assert_eq!(expected(&[i32::MIN, 0, i32::MAX]), [i32::MIN, 0, i32::MAX]);
+    }
+
+    #[test]
+    fn missing_numbers_are_shown_as_ranges() {
+        assert_eq!(ranges(&[3]), "3");
+        assert_eq!(ranges(&[3, 4, 5, 9]), "3-5, 9");
+        assert_eq!(ranges(&[1, 3, 5, 7, 9, 11, 12, 20]), "1, 3, 5, 7, 9 and 3 more");
+        assert_eq!(ranges(&[i32::MAX]), i32::MAX.to_string());
+    }
+}

@@ -1,0 +1,150 @@
+//! Frames of a sequence that is one file a frame: which files a pattern such as `heli.%04d.obj` stands for, and what is missing.
+
+mod folder;
+mod numbers;
+mod pattern;
+
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::figures;
+use crate::cli::names;
+use clap::{Args, ValueEnum};
+use folder::Folder;
+use numbers::Numbers;
+pub use pattern::Pattern;
+use std::path::{Path, PathBuf};
+
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Frames")]
+pub struct FrameArgs {
+    /// Frames of the patterns among the inputs, such as 1-100, 1-100x5 or 1,5,10-20; default: all that are there
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
+    pub frames: Option<Numbers>,
+    /// What to do where a frame is not there
+    #[arg(long, value_enum, value_name = "POLICY", default_value = "error")]
+    pub missing: Missing,
+    /// Take inputs and output as plain names, without frames and without *, ? and []
+    #[arg(long)]
+    pub literal: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Missing {
+    /// Build nothing
+    Error,
+    /// Leave the frame out
+    Skip,
+    /// Build the frame before it once more
+    Hold,
+}
+
+/// One frame of a pattern.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frame {
+    pub number: i32,
+    /// The path that the pattern has for it.
+    pub path: PathBuf,
+    /// The file that is there: another one for a frame that is held.
+    pub model: PathBuf,
+}
+
+/// What a pattern stands for.
+#[derive(Debug)]
+pub struct Sequence {
+    pub frames: Vec<Frame>,
+    /// What a user would want to know of it, to be printed as it is.
+    pub summary: String,
+    /// What might not be meant, as warnings.
+    pub warnings: Vec<String>,
+}
+
+/// The frames of a path that is a pattern; `None` for one that is a plain name or exists.
+pub fn resolve(path: &Path, args: &FrameArgs) -> Option<Result<Sequence, Failure>> {
+    if args.literal || path.symlink_metadata().is_ok() {
+        return None;
+    }
+    let refuse = |exit, fact: String| Failure::new(exit, format!("cannot build {}", names::path(path))).fact(fact);
+    Some(match Pattern::parse(path)? {
+        Ok(pattern) => find(path, &pattern, args),
+        Err(reason) => Err(refuse(Exit::Usage, format!("no such file exists, and as a pattern of frames {reason}"))),
+    })
+}
+
+fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Failure> {
+    let shown = names::path(path);
+    let refuse = |exit, fact: String| Failure::new(exit, format!("cannot build {shown}")).fact(fact);
+    let wanted = match (&args.frames, &pattern.numbers) {
+        (Some(_), Some(_)) => {
+            return Err(refuse(Exit::Usage, "the name has a list of frames, and --frames gives another one".into())
+                .help("leave out one of them"));
+        }
+        (numbers, None) | (None, numbers) => numbers.as_ref(),
+    };
+    let folder = Folder::read(pattern)
+        .map_err(|e| refuse(Exit::Io, format!("cannot list {}: {e}", names::path(pattern.folder()))))?;
+    if let Some((number, [a, b])) = &folder.twice {
+        let fact = format!("frame {number} is there twice: {} and {}", names::escape(a), names::escape(b));
+        return Err(refuse(Exit::Usage, fact).help("move one of them to another folder"));
+    }
+    let (Some(first), Some(last)) = (folder.files.keys().next(), folder.files.keys().next_back()) else {
+        return Err(match folder.padded.values().next() {
+            None => refuse(Exit::Io, "no such file exists, and as a pattern of frames it matches none".into()),
+            Some((name, width)) => {
+                let of = figures::counted(folder.padded.len() as u64, "file has", "files have");
+                refuse(Exit::Io, format!("{of} its numbers with another padding, such as {}", names::escape(name)))
+                    .help(format!("bvhc build '{}'", pattern.with_width(*width)))
+            }
+        });
+    };
+
+    // Go through the numbers in order, and see to those that have no file.
+    let there = format!("{}, {first} to {last}", figures::counted(folder.files.len() as u64, "frame", "frames"));
+    let numbers = wanted.map_or_else(|| folder.expected(), |list| list.list().to_vec());
+    let absent: Vec<i32> = numbers.iter().copied().filter(|n| !folder.files.contains_key(n)).collect();
+    let gaps = folder::ranges(&absent);
+    let missing = match absent.len() {
+        1 => format!("frame {gaps} is missing"),
+        n => format!("{} frames are missing: {gaps}", figures::count(n as u64)),
+    };
+    if !absent.is_empty() && args.missing == Missing::Error {
+        return Err(refuse(Exit::Io, format!("{missing}; there are {there}"))
+            .help("--missing skip leaves such frames out, and --missing hold builds the frame before once more"));
+    }
+    let mut frames: Vec<Frame> = Vec::new();
+    for number in numbers {
+        let path = pattern.path(number);
+        match (folder.files.get(&number), frames.last(), args.missing) {
+            (Some(name), ..) => frames.push(Frame { number, path, model: pattern.file(name) }),
+            (None, Some(before), Missing::Hold) => {
+                let model = before.model.clone();
+                frames.push(Frame { number, path, model });
+            }
+            (None, None, Missing::Hold) => {
+                return Err(refuse(
+                    Exit::Io,
+                    format!("frame {number} is missing, and there is none before it to hold"),
+                )
+                .help("begin with a frame that is there, by --frames"));
+            }
+            (None, ..) => {}
+        }
+    }
+    if frames.is_empty() {
+        return Err(refuse(Exit::Io, format!("no frame of --frames is there; there are {there}")));
+    }
+
+    let mut warnings = Vec::new();
+    if !absent.is_empty() {
+        let done = if args.missing == Missing::Hold { "the frame before is held" } else { "left out" };
+        warnings.push(format!("{shown}: {missing} ({done})"));
+    }
+    if let Some((name, _)) = folder.padded.values().next() {
+        let count = figures::counted(folder.padded.len() as u64, "file", "files");
+        warnings.push(format!("{shown}: {count} with another padding left out, such as {}", names::escape(name)));
+    }
+    let summary = format!("{shown}: {there}");
+    Ok(Sequence { frames, summary, warnings })
+}
+
+#[cfg(test)]
+mod tests;

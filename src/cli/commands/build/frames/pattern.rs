@@ -1,0 +1,207 @@
+//! A file name with a place for the number of a frame: `heli.%04d.obj`, `heli.####.obj`, `heli.@.obj`, `heli.1001-1100#.obj`.
+
+use super::numbers::{Numbers, split_list};
+use std::path::{Path, PathBuf};
+
+/// Where the number stands, and how many digits it has at least.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pattern {
+    folder: PathBuf,
+    before: String,
+    /// 1: as many digits as the number needs.
+    width: usize,
+    after: String,
+    /// The list that stands in the name itself.
+    pub numbers: Option<Numbers>,
+}
+
+/// A file name against a pattern.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Match {
+    /// It is the name of this frame.
+    Frame(i32),
+    /// It would be, with another number of digits: this one.
+    Padded(i32, usize),
+    No,
+}
+
+/// A number is never printed with more digits.
+const WIDEST: usize = 10;
+
+impl Pattern {
+    /// `None` for a name without a place for a number. Only the last part of a path may have one.
+    ///
+    /// # Errors
+    /// Why the name is not the pattern that it seems to be.
+    pub fn parse(path: &Path) -> Option<Result<Pattern, String>> {
+        let name = path.file_name()?.to_str()?;
+        let places = [printf(name), runs(name, '#'), runs(name, '@')].into_iter().find(|places| !places.is_empty())?;
+        let (start, end, width) = match places[..] {
+            [one] => one,
+            _ => return Some(Err(format!("it has {} places for a frame number, and one is needed", places.len()))),
+        };
+        if width > WIDEST {
+            return Some(Err(format!("its frame numbers would have {width} digits; they have at most {WIDEST}")));
+        }
+        let (mut before, after) = (&name[..start], &name[end..]);
+        let mut numbers = None;
+        if let Some((rest, list)) = split_list(before) {
+            match list.parse() {
+                Ok(list) => (before, numbers) = (rest, Some(list)),
+                Err(reason) => return Some(Err(reason)),
+            }
+        }
+        // `%%` stands for a percent sign where the other place is one of printf's, as it does there.
+        let text = |part: &str| if name[start..].starts_with('%') { part.replace("%%", "%") } else { part.to_string() };
+        let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        Some(Ok(Pattern { folder, before: text(before), width, after: text(after), numbers }))
+    }
+
+    /// The folder that the files lie in, as a path that can be read.
+    pub fn folder(&self) -> &Path {
+        if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder }
+    }
+
+    /// The path of a frame, padded as C's `printf` does.
+    pub fn path(&self, number: i32) -> PathBuf {
+        let width = self.width;
+        self.file(&format!("{}{number:0width$}{}", self.before, self.after))
+    }
+
+    /// The path of a file of this name.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// The same pattern for numbers of so many digits.
+    pub fn with_width(&self, width: usize) -> String {
+        let place = if width == 1 { "%d".to_string() } else { format!("%0{width}d") };
+        let text = |part: &str| part.replace('%', "%%");
+        self.file(&format!("{}{place}{}", text(&self.before), text(&self.after))).display().to_string()
+    }
+
+    /// Compare the name of a file in the folder.
+    pub fn matches(&self, name: &str) -> Match {
+        let middle = name.strip_prefix(self.before.as_str()).and_then(|rest| rest.strip_suffix(self.after.as_str()));
+        let Some(middle) = middle else { return Match::No };
+        let digits = middle.strip_prefix('-').unwrap_or(middle);
+        let (Ok(number), true) = (middle.parse::<i32>(), digits.bytes().all(|b| b.is_ascii_digit())) else {
+            return Match::No;
+        };
+        let is_plain = digits.len() == 1 || !digits.starts_with('0');
+        // Some programs count the sign as one of the digits, as `printf` does, and some do not.
+        let is_padded = digits.len() == self.width || (middle.len() == self.width && digits.len() < middle.len());
+        if is_padded || (is_plain && digits.len() > self.width) {
+            Match::Frame(number)
+        } else {
+            Match::Padded(number, if is_plain { 1 } else { digits.len() })
+        }
+    }
+}
+
+/// Places of `%d` and `%04d`: start, end and width.
+fn printf(name: &str) -> Vec<(usize, usize, usize)> {
+    let mut places = Vec::new();
+    let mut at = 0;
+    while let Some(found) = name[at..].find('%') {
+        let start = at + found;
+        let rest = &name[start + 1..];
+        let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+        if rest[digits..].starts_with('d') && (digits == 0 || rest.starts_with('0')) {
+            places.push((start, start + digits + 2, rest[..digits].parse().unwrap_or(1).max(1)));
+        }
+        // The second of two percent signs begins nothing.
+        at = start + if rest.starts_with('%') { 2 } else { 1 };
+    }
+    places
+}
+
+/// Runs of `#` or `@`. A lone `#` has four digits, and a lone `@` as many as it needs.
+fn runs(name: &str, mark: char) -> Vec<(usize, usize, usize)> {
+    let mut places: Vec<(usize, usize, usize)> = Vec::new();
+    for (at, _) in name.match_indices(mark) {
+        match places.last_mut() {
+            Some((_, end, width)) if *end == at => (*end, *width) = (at + 1, *width + 1),
+            _ => places.push((at, at + 1, 1)),
+        }
+    }
+    if mark == '#' {
+        places.iter_mut().filter(|(_, _, width)| *width == 1).for_each(|(_, _, width)| *width = 4);
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Pattern {
+        Pattern::parse(Path::new(text)).unwrap().unwrap()
+    }
+
+    #[test]
+    fn every_way_to_write_a_place_gives_the_path_of_a_frame() {
+        for (text, number, path) in [
+            ("a/heli.%04d.obj", 7, "a/heli.0007.obj"),
+            ("heli.%d.obj", 7, "heli.7.obj"),
+            ("heli%03d", 1234, "heli1234"),
+            ("heli.#.obj", 7, "heli.0007.obj"),
+            ("heli.##.obj", 7, "heli.07.obj"),
+            ("heli.@.obj", 7, "heli.7.obj"),
+            ("heli.@@@.obj", 7, "heli.007.obj"),
+            ("heli%04d.obj", -2, "heli-002.obj"),
+            ("50%%.%02d.obj", 1, "50%.01.obj"),
+            ("a#b.%02d.obj", 1, "a#b.01.obj"),
+            ("mail@home.##.obj", 1, "mail@home.01.obj"),
+        ] {
+            assert_eq!(parse(text).path(number), Path::new(path), "{text}");
+        }
+        assert_eq!(parse("a/heli.%04d.obj").with_width(1), Path::new("a/heli.%d.obj").display().to_string());
+    }
+
+    #[test]
+    fn names_without_a_place_are_no_patterns() {
+        for text in ["heli.obj", "50%.obj", "50%%.obj", "a.%s.obj", "a.%4d.obj", "a#1/b.obj", "%%04d.obj", ".."] {
+            assert_eq!(Pattern::parse(Path::new(text)), None, "{text}");
+        }
+        for text in ["%d.%d.obj", "#.#.obj", "a@b@.obj", "a.%099d.obj", "a.9-1#.obj"] {
+            assert!(Pattern::parse(Path::new(text)).unwrap().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_list_may_stand_before_the_place() {
+        let pattern = parse("anim.1001-1003%04d.obj");
+        assert_eq!(pattern.numbers.as_ref().map(Numbers::list), Some(&[1001, 1002, 1003][..]));
+        assert_eq!(pattern.path(1002), Path::new("anim.1002.obj"));
+        assert_eq!(parse("anim-1-3#.obj").path(2), Path::new("anim-0002.obj"));
+        assert_eq!(parse("v2.#.obj").numbers, None);
+    }
+
+    #[test]
+    fn names_match_by_number_and_padding() {
+        let padded = parse("neg%04d.obj");
+        for (name, expected) in [
+            ("neg0001.obj", Match::Frame(1)),
+            ("neg10000.obj", Match::Frame(10000)),
+            ("neg-0002.obj", Match::Frame(-2)),
+            ("neg-002.obj", Match::Frame(-2)),
+            ("neg1.obj", Match::Padded(1, 1)),
+            ("neg007.obj", Match::Padded(7, 3)),
+            ("neg00007.obj", Match::Padded(7, 5)),
+            ("neg.obj", Match::No),
+            ("neg+001.obj", Match::No),
+            ("neg00x1.obj", Match::No),
+            ("pos0001.obj", Match::No),
+            ("neg0001.glb", Match::No),
+            ("neg99999999999.obj", Match::No),
+        ] {
+            assert_eq!(padded.matches(name), expected, "{name}");
+        }
+        let plain = parse("f.%d.obj");
+        assert_eq!(plain.matches("f.10.obj"), Match::Frame(10));
+        assert_eq!(plain.matches("f.0.obj"), Match::Frame(0));
+        assert_eq!(plain.matches("f.-3.obj"), Match::Frame(-3));
+        assert_eq!(plain.matches("f.010.obj"), Match::Padded(10, 3));
+    }
+}
