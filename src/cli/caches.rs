@@ -82,6 +82,9 @@ pub fn failure(error: &CacheError) -> Failure {
         CacheError::Limit { limit: Limited::Memory, .. } => {
             failure.help("if you trust the file, raise the limit: --max-memory 32G")
         }
+        CacheError::Limit { limit: Limited::Machine, .. } => {
+            failure.help("end other programs, or use a machine with more memory")
+        }
         CacheError::Limit { .. } => failure.help("split the scene into several models, or shorten its names"),
         _ => failure.help("this is a fault of the program that called the writer; please report it"),
     }
@@ -252,6 +255,8 @@ mod tests {
         assert!(newer.contains("version 2.0 (E0103)") && newer.contains("bvhc build MODEL -o FILE --force"), "{newer}");
         let large = told(CacheError::Limit { name: name.clone(), detail: detail.clone(), limit: Limited::Memory });
         assert!(large.contains("--max-memory"), "{large}");
+        let short = told(CacheError::Limit { name: name.clone(), detail: detail.clone(), limit: Limited::Machine });
+        assert!(short.contains("more memory") && !short.contains("--max-memory"), "{short}");
         let many = told(CacheError::Limit { name: name.clone(), detail: detail.clone(), limit: Limited::Format });
         assert!(many.contains("split the scene"), "{many}");
         let fault = failure(&CacheError::Unwritable { name, detail });

@@ -106,7 +106,8 @@ fn check_mesh(content: &Content<'_>, tree: usize, mesh: &Mesh, out: &mut Report)
     let Some(records) = view.blas(tree) else { return };
     let start = view.blases[tree].ref_offset;
     let Some(mut seen) = Bits::new(mesh.triangles.len() as u64) else {
-        out.skip(format!("The triangles of tree {tree} against the source: there is not enough memory."));
+        let place = Place::record(SectionKind::BLAS, tree as u64);
+        out.starve(place, &format!("The triangles of tree {tree} against the source"));
         return;
     };
     for (slot, triangle) in records.triangles.iter().enumerate() {

@@ -2,8 +2,8 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::report::Place;
-use super::rules::Rule;
+use super::report::{Place, Report};
+use super::rules::{self, Rule, Severity};
 
 /// Why a cache could not be read, written or converted.
 #[derive(Debug)]
@@ -60,6 +60,8 @@ pub enum CacheError {
 pub enum Limited {
     /// Bytes of memory: [`OpenOptions::max_memory`](super::OpenOptions::max_memory).
     Memory,
+    /// The memory that the machine has.
+    Machine,
     /// What the format can hold.
     Format,
 }
@@ -150,6 +152,8 @@ pub enum FaultClass {
     Unsupported,
     /// The file may be sound, but decoding it would exceed [`OpenOptions::max_memory`](super::OpenOptions::max_memory).
     MemoryLimit,
+    /// The file may be sound, but part of it was not looked into: the machine has not got the memory.
+    NotChecked,
 }
 
 /// Without the file's name: for what does not keep it from being used.
@@ -178,6 +182,22 @@ impl Fault {
         Fault { rule: rule.id, detail, class }
     }
 
+    /// What a report comes to for somebody who wants the file or nothing: the first error, or else the first part that was not looked into.
+    ///
+    /// # Errors
+    /// Unless everything was looked into and no rule with the severity of an error is broken.
+    pub fn of_report(report: &Report) -> Result<(), Fault> {
+        let errors = || report.findings.iter().filter(|f| f.rule.severity() == Severity::Error);
+        if let Some(f) = errors().find(|f| f.rule != &rules::E0127) {
+            return Err(Fault::invalid(f.rule.id, format!("{}: {}", f.place, f.detail)));
+        }
+        let class = FaultClass::NotChecked;
+        if let Some(why) = report.not_checked.first() {
+            return Err(Fault { rule: rules::E0127.id, detail: format!("part of it is not checked: {why}"), class });
+        }
+        errors().next().map_or(Ok(()), |f| Err(Fault { rule: f.rule.id, detail: f.detail.clone(), class }))
+    }
+
     /// Decoded sections would take `needed` bytes, more than `limit`: rule E0127.
     pub fn memory(needed: u128, limit: u64) -> Fault {
         let detail = format!("its sections take {needed} bytes of memory and the limit is {limit} bytes");
@@ -191,6 +211,49 @@ impl Fault {
             FaultClass::Invalid => CacheError::Invalid { name, rule, detail },
             FaultClass::Unsupported => CacheError::Unsupported { name, rule, detail },
             FaultClass::MemoryLimit => CacheError::Limit { name, detail, limit: Limited::Memory },
+            FaultClass::NotChecked => CacheError::Limit { name, detail, limit: Limited::Machine },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_not_checked_is_not_sound() {
+        let verdict = |fill: &dyn Fn(&mut Report)| {
+            let mut report = Report::new(1);
+            fill(&mut report);
+            Fault::of_report(&report).map_err(|fault| fault.of("a.bvhc"))
+        };
+        assert!(verdict(&|_| ()).is_ok());
+        let warn = |r: &mut Report| r.add(&rules::W0401, Place::file(), || ("0".into(), "-0".into()));
+        assert!(verdict(&warn).is_ok());
+
+        // The file may be sound, so it is not called invalid.
+        let left_out = [
+            verdict(&|r| r.skip("The rest.")),
+            verdict(&|r| r.starve(Place::file(), "The vertices of tree 3")),
+        ];
+        for error in left_out.map(Result::unwrap_err) {
+            assert!(matches!(error, CacheError::Limit { limit: Limited::Machine, .. }), "{error:?}");
+            assert!(error.to_string().contains("not checked: The "), "{error}");
+        }
+
+        // A rule that is broken all the same says more.
+        let both = verdict(&|r| {
+            r.starve(Place::file(), "The shape of tree 0");
+            r.add(&rules::E0412, Place::file(), || ("finite".into(), "it is not".into()));
+        });
+        assert_eq!(both.unwrap_err().rule(), Some("E0412"));
+    }
+
+    #[test]
+    fn a_report_without_memory_counts_it_as_an_error() {
+        let mut report = Report::new(1);
+        report.starve(Place::file(), "The vertices of tree 3");
+        assert!(!report.is_valid());
+        assert_eq!((report.count(&rules::E0127), report.not_checked.len()), (1, 1));
     }
 }

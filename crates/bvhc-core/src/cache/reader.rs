@@ -13,7 +13,6 @@ use super::container::{self, Container, First, is_understood};
 use super::error::{CacheError, Fault};
 #[cfg(feature = "zstd")]
 use super::pack;
-use super::rules::Severity;
 use super::{Header, Meta, View, check};
 use crate::exec::Executor;
 use crate::layout::Node;
@@ -305,8 +304,7 @@ impl<'a> Opened<'a> {
         if section(self.places.side).is_some() {
             check::check_sides(view.geoms, self.records(self.places.side), &mut report);
         }
-        let error = report.findings.into_iter().find(|f| f.rule.severity() == Severity::Error);
-        error.map_or(Ok(()), |f| Err(Fault::invalid(f.rule.id, format!("{}: {}", f.place, f.detail))))
+        Fault::of_report(&report)
     }
 
     /// The file's first 256 bytes. Not every count in it is held against the records below [`Validation::Tree`].

@@ -44,7 +44,9 @@ pub fn check<'a>(
     let total: u128 = sections.iter().filter(packed).map(|(i, _)| u128::from(container.entries[*i].raw_len)).sum();
     let fits = total <= u128::from(limits.max_memory);
     if !fits {
-        out.add(&rules::E0127, Place::file(), || (limits.max_memory.to_string(), total.to_string()));
+        out.add(&rules::E0127, Place::file(), || {
+            (format!("{} bytes", limits.max_memory), format!("the sections decode to {total} bytes"))
+        });
         out.skip("The compressed sections: they are larger than the memory limit.");
     }
     let look = |i: usize, stored: Option<&'a [u8]>, may: May| {
@@ -126,6 +128,10 @@ fn check_section<'a>(
         }
         #[cfg(not(feature = "zstd"))]
         SectionEntry::ZSTD if may != May::Nothing => {
+            if entry.is(section_flags::CRITICAL) {
+                let known = "codec 0 (raw), since it was built without its feature `zstd`";
+                out.add(&rules::E0115, at, || (known.into(), "codec 1 (zstd)".into()));
+            }
             out.skip(format!("Section {}: bvhc-core was built without its feature `zstd`.", entry.kind));
             None
         }

@@ -129,7 +129,7 @@ fn align(decoded: &mut [Option<Decoded<'_>>], limits: &Limits, out: &mut Report)
             Decoded::Owned(copy)
         });
         if section.is_none() {
-            out.add(&rules::E0127, Place::file(), || (limits.max_memory.to_string(), "more, to align them".into()));
+            out.add(&rules::E0127, Place::file(), || (format!("{} bytes", limits.max_memory), "to align the sections takes more".into()));
         }
     }
 }

@@ -25,7 +25,8 @@ pub fn check(view: &View<'_>, vertices: &[[u32; 3]], limits: &Limits, exec: &Exe
         if let Some((triangles, vertices, start)) = range {
             let tree = Tree { number: tree as u32, triangles, vertices, start: start as u64 };
             if tree.check_copies(&mut part, exec).and_then(|()| tree.check_places(&mut part, exec)).is_none() {
-                part.skip(format!("The vertices of tree {}: there is not enough memory.", tree.number));
+                let place = Place::record(SectionKind::BLAS, tree.number.into());
+                part.starve(place, &format!("The vertices of tree {}", tree.number));
             }
         }
         part

@@ -98,9 +98,9 @@ rules! {
         "{expected}, but tree_flags is {actual}", "2-header",
         means "Whether triangles may repeat, and whether there is a top level, is not certain.",
         because FOREIGN_WRITER, remedy REBUILD;
-    E0127 "memory-limit", "decoding the file would take more memory than allowed",
-        "at most {expected} bytes, the sections decode to {actual}", "11-safety",
-        means "The file may be sound, but it was not decoded. The sum is taken from the section table before anything is allocated.",
+    E0127 "memory-limit", "decoding or checking the file would take more memory than allowed or free",
+        "at most {expected}, but {actual}", "11-safety",
+        means "The file may be sound, but it was not decoded, or not all of it was checked. What decoding takes is summed up from the section table before anything is allocated.",
         because "A large compressed scene, or a small file made to fill memory.",
         remedy "Raise the limit if you trust the file: --max-memory 32G. Raw sections are mapped and take none.";
     E0128 "version-order", "the writer's version is older than the version it asks for",
