@@ -1,9 +1,6 @@
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
-use crate::layout::{MAX_DEPTH, Node, SectionKind};
-
-/// No leaf holds more.
-pub const MAX_LEAF: u32 = 255;
+use crate::layout::{MAX_DEPTH, MAX_LEAF, Node, SectionKind};
 
 /// Which tree is looked at, so that findings can name the record.
 #[derive(Clone, Copy, Debug)]
