@@ -13,24 +13,36 @@ use crate::layout::{MAX_DEPTH, Node};
 /// The nearest point where the ray meets the scene with `t_min <= t <= t_max`, both sides of a triangle alike.
 ///
 /// Among hits of equal distance the one of smallest (instance, geometry, primitive) wins, whatever the tree. A ray with a NaN, infinite
-/// or zero direction, or a NaN anywhere, meets nothing, and distances beyond 2¹²⁶ do not count. On a malformed tree (see
-/// [`Malformed`]; no file whose topology was checked has one) the answer is `None`: [`try_closest_hit`] tells the two apart.
-pub fn closest_hit(view: &View<'_>, ray: &Ray) -> Option<Hit> {
-    try_closest_hit(view, ray, &mut NoObserver).unwrap_or(None)
+/// or zero direction, or a NaN anywhere, meets nothing, and distances beyond 2¹²⁶ do not count.
+///
+/// # Errors
+/// Where the walk comes upon records that are no tree, which a miss must not be taken for. A file that was opened at
+/// [`Validation::Tree`](crate::cache::Validation::Tree) has none such, nor has what was built.
+pub fn closest_hit(view: &View<'_>, ray: &Ray) -> Result<Option<Hit>, Malformed> {
+    try_closest_hit(view, ray, &mut NoObserver)
 }
 
 /// Whether the ray meets anything with `t_min <= t <= t_max`: the question of a shadow ray, which ends at the first triangle
-/// found. On a malformed tree the answer is `false`.
-pub fn any_hit(view: &View<'_>, ray: &Ray) -> bool {
-    try_any_hit(view, ray, &mut NoObserver).unwrap_or(false)
+/// found.
+///
+/// # Errors
+/// As [`closest_hit`].
+pub fn any_hit(view: &View<'_>, ray: &Ray) -> Result<bool, Malformed> {
+    try_any_hit(view, ray, &mut NoObserver)
 }
 
-/// [`closest_hit`] with an error for a malformed tree and with an observer that counts.
+/// [`closest_hit`] with an observer that counts.
+///
+/// # Errors
+/// As [`closest_hit`].
 pub fn try_closest_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<Option<Hit>, Malformed> {
     trace::<false, EdgeRay, Conservative, _>(view, ray, observer)
 }
 
-/// [`any_hit`] with an error for a malformed tree and with an observer that counts.
+/// [`any_hit`] with an observer that counts.
+///
+/// # Errors
+/// As [`closest_hit`].
 pub fn try_any_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<bool, Malformed> {
     Ok(trace::<true, EdgeRay, Conservative, _>(view, ray, observer)?.is_some())
 }
