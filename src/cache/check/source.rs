@@ -24,7 +24,7 @@ pub fn check(content: &Content<'_>, source: &Source<'_>, max_issues: usize, out:
     let view = &content.view;
     match content.meta {
         Some(meta) => check_inputs(meta, source.inputs, out),
-        None => out.skip("Whether the input files are those that the file was built from: there is no META."),
+        None => out.skip("Whether the input files are those that the file was built from: META is missing or cannot be read."),
     }
     let (trees, meshes) = (view.blases.len(), source.meshes.len());
     if trees != meshes {
@@ -33,6 +33,8 @@ pub fn check(content: &Content<'_>, source: &Source<'_>, max_issues: usize, out:
             (format!("the source has {meshes} meshes"), format!("the file has {trees} trees"))
         });
         out.skip("The triangles against the source: meshes and trees cannot be paired.");
+    } else if !view.geoms.is_sorted_by_key(|row| row.blas) {
+        out.skip("The triangles against the source: the rows of GEOM are not in the order of their trees.");
     } else {
         let parts = exec.map_range(meshes, |tree| {
             let mut part = Report::new(max_issues);
@@ -103,7 +105,10 @@ fn check_mesh(content: &Content<'_>, tree: usize, mesh: &Mesh, out: &mut Report)
     rows.iter().zip(low..).zip(&mesh.parts).for_each(|((_, geom), part)| check_origin(content, geom, part, out));
 
     // Find each of the tree's triangles in the mesh.
-    let Some(records) = view.blas(tree) else { return };
+    let Some(records) = view.blas(tree) else {
+        out.skip(format!("The triangles of tree {tree} against the source: its row of BLAS leads out of the records."));
+        return;
+    };
     let start = view.blases[tree].ref_offset;
     let Some(mut seen) = Bits::new(mesh.triangles.len() as u64) else {
         let place = Place::record(SectionKind::BLAS, tree as u64);

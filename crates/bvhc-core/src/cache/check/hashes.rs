@@ -26,7 +26,16 @@ impl Decoded<'_> {
     }
 }
 
-/// Check every section's hashes and decode what is compressed. `None` for a section whose content is not to be had.
+/// What became of the sections.
+pub struct Sections<'a> {
+    /// For each entry of the table its decoded bytes; `None` where the content is not to be had.
+    pub decoded: Vec<Option<Decoded<'a>>>,
+    /// What the rows of BLAS contradict. They are asked here where something is compressed, and with the records once more: whoever does not
+    /// go on to those tells this.
+    pub rows: Report,
+}
+
+/// Check every section's hashes and decode what is compressed.
 ///
 /// `agree`: the counts of header and table agree. Where they or the rows of BLAS do not, no records are decoded.
 pub fn check<'a>(
@@ -36,7 +45,7 @@ pub fn check<'a>(
     limits: &Limits,
     out: &mut Report,
     exec: &Executor,
-) -> Vec<Option<Decoded<'a>>> {
+) -> Sections<'a> {
     // Hold what decoding would take against the limit before anything is allocated.
     let sections: Vec<_> = (0..container.entries.len()).map(|i| (i, container.stored(file, i))).collect();
     let packed =
@@ -71,19 +80,15 @@ pub fn check<'a>(
     let may = May::new(fits, agree && rows.is_clean());
     let others = sections.into_iter().filter(|(i, _)| Some(*i) != blas).collect();
     let mut parts = exec.map(others, |_, (i, stored)| look(i, stored, may)).into_iter();
-    let mut all = Vec::with_capacity(container.entries.len());
+    let mut decoded = Vec::with_capacity(container.entries.len());
     for i in 0..container.entries.len() {
         let taken = if Some(i) == blas { first.take() } else { parts.next() };
-        all.push(taken.and_then(|(part, decoded)| {
+        decoded.push(taken.and_then(|(part, bytes)| {
             out.append(part);
-            decoded
+            bytes
         }));
     }
-    // Where the records are not decoded, nobody else will say why.
-    if may != May::Decode {
-        out.append(rows);
-    }
-    all
+    Sections { decoded, rows }
 }
 
 /// Whether compressed sections may be decoded.
