@@ -83,7 +83,7 @@ pub fn failure(error: &CacheError) -> Failure {
             failure.help("if you trust the file, raise the limit: --max-memory 32G")
         }
         CacheError::Limit { limit: Limited::Machine, .. } => {
-            failure.help("end other programs, or use a machine with more memory")
+            failure.help(MORE_MEMORY)
         }
         CacheError::Limit { .. } => failure.help("split the scene into several models, or shorten its names"),
         _ => failure.help("this is a fault of the program that called the writer; please report it"),
@@ -168,6 +168,9 @@ pub fn extension_name(text: &str) -> Result<String, String> {
 
 /// For a file that is no cache, or not there.
 pub const MAKE_ONE: &str = "cache files are made from models with: bvhc build MODEL -o FILE.bvhc";
+
+/// For what the machine has not got the memory to look into.
+pub const MORE_MEMORY: &str = "end other programs, or use a machine with more memory";
 
 pub fn scene_failure(error: &SceneError) -> Failure {
     let exit = match error.kind() {

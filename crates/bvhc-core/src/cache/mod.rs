@@ -15,6 +15,7 @@ mod pack;
 mod reader;
 mod report;
 pub mod rules;
+mod sound;
 
 pub use crate::layout::{
     BlasRecord, BlasView, GeomRecord, Header, InstanceRecord, KINDS, KNOWN_REQUIRED_FEATURES, KindRule, MAGIC, MAJOR,

@@ -63,7 +63,7 @@ pub type Cache = Opened<'static>;
 /// An open cache file. [`Cache`] is the form that owns or maps its bytes; [`Cache::from_slice`] gives one that borrows them.
 pub struct Opened<'a> {
     bytes: FileBytes<'a>,
-    container: Container,
+    pub(super) container: Container,
     /// The decoded bytes of each packed section, parallel to the section table.
     decoded: Vec<Option<AlignedBytes>>,
     pub(super) places: Places,

@@ -111,6 +111,11 @@ impl May {
     }
 }
 
+/// Why a section is not to be had that was compressed so, if it is its own fault.
+pub fn check_packed(entry: &SectionEntry, stored: &[u8], out: &mut Report, exec: &Executor) {
+    _ = check_section(entry, stored, May::Decode, out, exec);
+}
+
 fn check_section<'a>(
     entry: &SectionEntry,
     stored: &'a [u8],

@@ -31,12 +31,13 @@ use super::meta::Meta;
 use super::rules;
 use crate::exec::Executor;
 use crate::layout::{Names, SectionEntry, SectionKind, View, tree_flags};
-use hashes::{Decoded, Sections};
+use hashes::Decoded;
 
 pub use super::container::hex;
 pub use super::report::{Finding, Place, Report};
 pub use content::check_records;
 pub(super) use counts::check_rows;
+pub(super) use hashes::check_packed;
 pub use identity::Bits;
 pub use sides::check as check_sides;
 pub use vertices::check as check_vertices;
@@ -112,7 +113,10 @@ pub fn check_bytes(
                 out.skip("The source: header and section table break rules, so what the sections hold is not certain.");
                 source = None;
             }
-            check_content(&container, sections, source, limits, &mut out, exec);
+            let find = |i: usize| sections.decoded.get(i)?.as_ref().map(Decoded::as_slice);
+            if !check_content(&container, &find, source, limits, &mut out, exec) {
+                out.append(sections.rows);
+            }
         } else {
             out.append(sections.rows);
         }
@@ -142,18 +146,19 @@ fn align(decoded: &mut [Option<Decoded<'_>>], limits: &Limits, out: &mut Report)
     }
 }
 
-fn check_content(
+/// Check everything behind the container and the hashes. `bytes` has the decoded bytes of each section of the table that can be read.
+///
+/// Whether the records were there to be looked at.
+pub(super) fn check_content<'a>(
     container: &Container,
-    sections: Sections<'_>,
+    bytes: &dyn Fn(usize) -> Option<&'a [u8]>,
     source: Option<AgainstSource<'_>>,
     limits: &Limits,
     out: &mut Report,
     exec: &Executor,
-) {
+) -> bool {
     // Read what stands by itself first.
-    let Sections { decoded, rows } = sections;
-    let find =
-        |kind| container.find(kind, 0).and_then(|i| Some((decoded[i].as_ref()?.as_slice(), &container.entries[i])));
+    let find = |kind| container.find(kind, 0).and_then(|i| Some((bytes(i)?, &container.entries[i])));
     let meta = find(SectionKind::META).and_then(|(bytes, _)| provenance::check_meta(bytes, &container.header, out));
 
     // Records can only be judged together.
@@ -176,9 +181,8 @@ fn check_content(
         instances: records(bytes(SectionKind::INST, two_level)),
     };
     if !missing.is_empty() {
-        out.append(rows);
         out.skip(format!("All records: {} cannot be read.", missing.join(", ")));
-        return;
+        return false;
     }
     out.append(check_records(&view, container.header.tree_flags, Some(&container.header), limits, exec));
     match find(SectionKind::NAMS) {
@@ -208,6 +212,7 @@ fn check_content(
         let materials = materials.map(Names::new);
         source(&Content { view, meta: meta.as_ref(), vertices, sides, materials }, out);
     }
+    true
 }
 
 /// The container's rules made the length a multiple of the record's, and the bytes are aligned.
@@ -216,7 +221,7 @@ fn records<T: Pod>(bytes: &[u8]) -> &[T] {
 }
 
 /// Say for each record where in the file it stands, unless its section is compressed.
-fn locate(out: &mut Report, container: &Container) {
+pub(super) fn locate(out: &mut Report, container: &Container) {
     for finding in &mut out.findings {
         let place = &mut finding.place;
         let entry = container.entries.iter().find(|e| Some(e.kind) == place.section && e.codec == SectionEntry::RAW);
