@@ -11,8 +11,8 @@ use bytemuck::{Zeroable, bytes_of, cast_slice};
 
 use bvhc_core::cache::parts::{Fault, FaultClass, check_tree_flags, encode_names, pack};
 
+use super::CacheError;
 use super::check::{Limits, check_image};
-use super::{CacheError, Limited};
 use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, SectionEntry, SectionKind};
 use super::{Image, Meta, atomic, keys, minor_of, tree_flags};
 use crate::exec::Executor;
@@ -111,7 +111,7 @@ fn seal<'a>(
     exec: &Executor,
 ) -> Result<Sealed<'a>, CacheError> {
     let unwritable = |detail| CacheError::Unwritable { name: name.to_owned(), detail };
-    let too_large = |detail| CacheError::Limit { name: name.to_owned(), detail, limit: Limited::Format };
+    let too_large = |limit| CacheError::Limit { name: name.to_owned(), limit };
     if options.check {
         let report = check_image(image, &Limits { max_issues: 1, ..Limits::default() }, exec);
         Fault::of_report(&report).map_err(|fault| refusal(fault, name))?;
