@@ -175,10 +175,22 @@ impl Opened<'static> {
     /// # Errors
     /// As [`Cache::open_with`].
     pub fn from_slice<'a>(bytes: &'a [u8], options: &OpenOptions) -> Result<Opened<'a>, CacheError> {
+        Cache::from_slice_on(bytes, options, &Executor::current())
+    }
+
+    /// [`Cache::from_slice`] with the threads of `exec`.
+    ///
+    /// # Errors
+    /// As [`Cache::open_with`].
+    pub fn from_slice_on<'a>(
+        bytes: &'a [u8],
+        options: &OpenOptions,
+        exec: &Executor,
+    ) -> Result<Opened<'a>, CacheError> {
         if bytes.as_ptr().align_offset(align_of::<u64>()) != 0 {
-            return Cache::from_bytes(bytes, options);
+            return Cache::from_bytes_on(bytes, options, exec);
         }
-        Opened::new(FileBytes(Bytes::Borrowed(bytes)), GIVEN, options, &Executor::current())
+        Opened::new(FileBytes(Bytes::Borrowed(bytes)), GIVEN, options, exec)
     }
 
     /// Open a file's bytes from memory; they are copied to a 64-byte boundary.
@@ -186,6 +198,14 @@ impl Opened<'static> {
     /// # Errors
     /// As [`Cache::open_with`].
     pub fn from_bytes(bytes: &[u8], options: &OpenOptions) -> Result<Cache, CacheError> {
+        Cache::from_bytes_on(bytes, options, &Executor::current())
+    }
+
+    /// [`Cache::from_bytes`] with the threads of `exec`.
+    ///
+    /// # Errors
+    /// As [`Cache::open_with`].
+    pub fn from_bytes_on(bytes: &[u8], options: &OpenOptions, exec: &Executor) -> Result<Cache, CacheError> {
         let name = GIVEN;
         let needed = Fault::memory(bytes.len() as u128, options.max_memory);
         if bytes.len() as u64 > options.max_memory {
@@ -193,7 +213,7 @@ impl Opened<'static> {
         }
         let mut owned = AlignedBytes::zeroed(bytes.len()).map_err(|_| needed.of(name))?;
         owned.as_mut_slice().copy_from_slice(bytes);
-        Cache::new(FileBytes(Bytes::Owned(owned)), name, options, &Executor::current())
+        Cache::new(FileBytes(Bytes::Owned(owned)), name, options, exec)
     }
 }
 
