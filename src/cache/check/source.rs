@@ -24,7 +24,8 @@ pub fn check(content: &Content<'_>, source: &Source<'_>, max_issues: usize, out:
     let view = &content.view;
     match content.meta {
         Some(meta) => check_inputs(meta, source.inputs, out),
-        None => out.skip("Whether the input files are those that the file was built from: META is missing or cannot be read."),
+        None => out
+            .skip("Whether the input files are those that the file was built from: META is missing or cannot be read."),
     }
     let (trees, meshes) = (view.blases.len(), source.meshes.len());
     if trees != meshes {
@@ -119,7 +120,7 @@ fn check_mesh(content: &Content<'_>, tree: usize, mesh: &Mesh, out: &mut Report)
         let index = start + slot as u64;
         let place = Place { tree: Some((tree as u32, slot as u64)), ..Place::record(SectionKind::TRIS, index) };
         let part = (triangle.geom as usize).checked_sub(low);
-        match part.and_then(|part| find(mesh, part, triangle.prim)) {
+        match part.and_then(|part| mesh.triangle_of(part, triangle.prim)) {
             None => out.add(&rules::E0602, place, || {
                 ("no such triangle".into(), format!("has prim {} of part {}", triangle.prim, triangle.geom))
             }),
@@ -170,18 +171,6 @@ fn check_origin(content: &Content<'_>, geom: usize, part: &Part, out: &mut Repor
             (format!("the source has it {}", is_mirrored(expected)), format!("the file has it {}", is_mirrored(stated)))
         });
     }
-}
-
-/// The mesh's triangle with source number `prim` in this part. Within a part source numbers ascend.
-fn find(mesh: &Mesh, part: usize, prim: u32) -> Option<usize> {
-    let part = mesh.parts.get(part)?;
-    let (first, count) = (part.first_triangle as usize, part.triangle_count as usize);
-    if mesh.source_prims.is_empty() {
-        let i = prim as usize;
-        return (first <= i && i < first + count).then_some(i);
-    }
-    let numbers = mesh.source_prims.get(first..first.checked_add(count)?)?;
-    numbers.binary_search(&prim).ok().map(|i| first + i)
 }
 
 fn check_instances(view: &View<'_>, instances: Option<&[Instance]>, out: &mut Report) {
