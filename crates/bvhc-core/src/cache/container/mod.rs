@@ -29,7 +29,8 @@ pub use sink::{First, Sink};
 /// A file's header and table.
 #[derive(Debug)]
 pub struct Container {
-    /// The first 256 bytes; every rule on them holds unless the container was [collected](Container::collect).
+    /// The first 256 bytes. Unless the container was [collected](Container::collect), the rules hold that they and the table can answer together
+    /// with the file's length; the counts are those that the header states, until [`Container::check_head`] has asked the table.
     pub header: Header,
     /// The section table in file order, unknown kinds included.
     pub entries: Vec<SectionEntry>,
@@ -104,7 +105,9 @@ impl Container {
         ControlFlow::Continue(())
     }
 
-    /// Every rule that header and table can answer, the reader's way: up to the first breach.
+    /// [`Container::check_counts`] the reader's way: up to the first breach.
+    ///
+    /// Parsing does not ask this itself, so that a file whose sections are too large is refused for that first.
     pub fn check_head(&self) -> Result<(), Fault> {
         let mut first = First::default();
         _ = self.check_counts(&mut first);
