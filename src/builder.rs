@@ -179,7 +179,7 @@ impl Build {
         }
         let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
         let accel = compile(scene, &options, &exec, progress)?;
-        let image = Image::new(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
+        let image = Image::of_compiled(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
         let meta = Meta { notes: accel.notes, ..cache::provenance(recipe, &inputs, &report) };
         Ok(Built { image, meta, exec })
     }

@@ -223,7 +223,7 @@ const GIVEN: &str = "the given bytes";
 impl<'a> Opened<'a> {
     fn new(bytes: FileBytes<'a>, name: &str, options: &OpenOptions, exec: &Executor) -> Result<Opened<'a>, CacheError> {
         let container = Container::parse(bytes.as_slice()).map_err(|fault| fault.of(name))?;
-        let find = |kind| container.find(kind, 0);
+        let find = |kind| container.find(kind);
         let places = Places {
             node: find(SectionKind::NODE),
             tris: find(SectionKind::TRIS),
@@ -337,9 +337,9 @@ impl<'a> Opened<'a> {
         &self.container.entries
     }
 
-    /// The index in [`Cache::sections`] of the section of this kind and number, if this version can read it.
-    pub fn find(&self, kind: SectionKind, ordinal: u32) -> Option<usize> {
-        self.container.find(kind, ordinal)
+    /// The index in [`Cache::sections`] of the section of this kind, if this version can read it.
+    pub fn find(&self, kind: SectionKind) -> Option<usize> {
+        self.container.find(kind)
     }
 
     /// The level at which the file was opened.

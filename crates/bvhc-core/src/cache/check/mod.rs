@@ -143,7 +143,9 @@ fn align(decoded: &mut [Option<Decoded<'_>>], limits: &Limits, out: &mut Report)
             Decoded::Owned(copy)
         });
         if section.is_none() {
-            out.add(&rules::E0127, Place::file(), || (format!("{} bytes", limits.max_memory), "to align the sections takes more".into()));
+            out.add(&rules::E0127, Place::file(), || {
+                (format!("{} bytes", limits.max_memory), "to align the sections takes more".into())
+            });
         }
     }
 }
@@ -160,7 +162,7 @@ pub(super) fn check_content<'a>(
     exec: &Executor,
 ) -> bool {
     // Read what stands by itself first.
-    let find = |kind| container.find(kind, 0).and_then(|i| Some((bytes(i)?, &container.entries[i])));
+    let find = |kind| container.find(kind).and_then(|i| Some((bytes(i)?, &container.entries[i])));
     let meta = find(SectionKind::META).and_then(|(bytes, _)| provenance::check_meta(bytes, &container.header, out));
 
     // Records can only be judged together.
@@ -208,7 +210,7 @@ pub(super) fn check_content<'a>(
     }
     if let Some(source) = source {
         // What is there and cannot be read has been said: it is compared with nothing.
-        let is_absent = |kind| container.find(kind, 0).is_none();
+        let is_absent = |kind| container.find(kind).is_none();
         let materials = materials.map(|(bytes, _)| bytes).or_else(|| is_absent(SectionKind::MATS).then_some(&[][..]));
         let sides = sides.or_else(|| is_absent(SectionKind::SIDE).then_some(&[][..]));
         let materials = materials.map(Names::new);
