@@ -24,8 +24,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("the file has two levels; build it with --levels one".into());
     }
     let (mut touched, mut nodes, mut tests) = (BTreeSet::new(), 0, 0);
-    for (_, tree) in cache.view().trees() {
-        tree.visit(|at| {
+    for tree in cache.view().trees() {
+        tree?.visit(|at| {
             nodes += 1;
             if !at.node.bounds().overlaps(&query) {
                 return Step::Skip;

@@ -9,7 +9,7 @@ use bvhc::cache::Image;
 use bvhc::compile::compile;
 use bvhc::geom::Ray;
 use bvhc::scene::{ReadOptions, read};
-use bvhc::trace::{Counters, closest_hit, try_closest_hit};
+use bvhc::trace::{Counters, Malformed, closest_hit, try_closest_hit};
 use bvhc::tree::quality::sah;
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let image = Image::new(&accel, &Executor::current())?;
         let camera = Camera::over(&image);
         if panels.is_empty() {
-            panels.push(photograph(&image, &camera));
+            panels.push(photograph(&image, &camera)?);
         }
         let (mut heat, mut total) = (Vec::new(), Counters::default());
         for (x, y) in pixels() {
@@ -98,19 +98,19 @@ fn pixels() -> impl Iterator<Item = (f32, f32)> {
 }
 
 /// The scene itself, the mean of nine rays a pixel.
-fn photograph(image: &Image, camera: &Camera) -> Vec<[u8; 3]> {
+fn photograph(image: &Image, camera: &Camera) -> Result<Vec<[u8; 3]>, Malformed> {
     let mut film = Vec::new();
     for (x, y) in pixels() {
         let mut sum = [0u32; 3];
         for n in 0..9i32 {
             let ray = camera.ray(x + (n % 3 - 1) as f32 / 3.0, y + (n / 3 - 1) as f32 / 3.0);
-            let hit = closest_hit(&image.view(), &ray);
+            let hit = closest_hit(&image.view(), &ray)?;
             let rgb = hit.map_or([24, 28, 36], |hit| shade(&image.triangles[hit.triangle].corners()));
             sum = [0, 1, 2].map(|c| sum[c] + u32::from(rgb[c]));
         }
         film.push(sum.map(|c| (c / 9) as u8));
     }
-    film
+    Ok(film)
 }
 
 /// Grey by how the triangle is turned, the same on both sides.

@@ -20,7 +20,7 @@ use std::path::Path;
 ///
 /// let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 /// let built = Build::new(&positions, &[[0, 1, 2]])?.preset(Preset::Best).threads(0).run()?;
-/// let hit = built.closest_hit(&Ray::new([0.25, 0.25, -2.0], [0.0, 0.0, 1.0])).expect("the triangle is ahead");
+/// let hit = built.closest_hit(&Ray::new([0.25, 0.25, -2.0], [0.0, 0.0, 1.0]))?.expect("the triangle is ahead");
 /// assert_eq!((hit.t, hit.prim), (2.0, 0));
 /// # let path = tempfile::tempdir()?.path().join("scene.bvhc");
 /// # std::fs::create_dir_all(path.parent().unwrap())?;
@@ -179,7 +179,7 @@ impl Build {
         }
         let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
         let accel = compile(scene, &options, &exec, progress)?;
-        let image = Image::new(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
+        let image = Image::of_compiled(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
         let meta = Meta { notes: accel.notes, ..cache::provenance(recipe, &inputs, &report) };
         Ok(Built { image, meta, exec })
     }
@@ -240,20 +240,26 @@ impl Built {
         self.image.view()
     }
 
-    /// The nearest point where the ray meets the scene.
-    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+    /// The nearest point where the ray meets the scene, as [`Cache::closest_hit`](crate::Cache::closest_hit) answers for the file.
+    ///
+    /// # Errors
+    /// None: what was built is a tree.
+    pub fn closest_hit(&self, ray: &Ray) -> Result<Option<Hit>, Malformed> {
         closest_hit(&self.view(), ray)
     }
 
     /// Whether the ray meets anything.
-    pub fn any_hit(&self, ray: &Ray) -> bool {
+    ///
+    /// # Errors
+    /// As [`Built::closest_hit`].
+    pub fn any_hit(&self, ray: &Ray) -> Result<bool, Malformed> {
         any_hit(&self.view(), ray)
     }
 
     /// The nearest hit of each of many rays, on the build's threads.
     ///
     /// # Errors
-    /// None: what was built is a tree.
+    /// As [`Built::closest_hit`].
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), Malformed> {
         self.view().closest_hits(rays, hits, &self.exec)
     }

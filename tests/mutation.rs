@@ -4,12 +4,12 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use bvhc::cache::check::{Level, Limits, check_bytes};
-use bvhc::cache::{Cache, OpenOptions, rules};
+use bvhc::cache::check::{Level, Limits, Source, check_bytes};
+use bvhc::cache::{Cache, OpenOptions, SectionEntry, SectionKind, rules, tree_flags};
 use bvhc::exec::Executor;
 use bvhc::geom::Ray;
 use bvhc::trace::{NoObserver, try_any_hit, try_closest_hit};
-use common::vectors::{bytes as vectors_bytes, invalid, valid};
+use common::vectors::{bytes as vectors_bytes, invalid, scenes, valid};
 
 fn lines(report: &bvhc::cache::check::Report) -> String {
     report.findings.iter().map(|f| format!("\n  {f}")).collect()
@@ -138,6 +138,56 @@ fn findings_are_capped_but_all_are_counted() {
     let first = report.findings.iter().find(|f| f.rule == &rules::E0416).unwrap();
     let at = first.place.offset.unwrap() as usize;
     assert_eq!(bytes[at + 28], 9, "{first}");
+}
+
+/// What header and table do not prove is compared with nothing: differences from the model would only repeat the damage.
+#[test]
+fn a_source_is_compared_with_what_could_be_read_alone() {
+    let accel = scenes::two_level_accel();
+    let inputs = scenes::inputs();
+    let source = Source { meshes: &accel.meshes, instances: Some(&accel.instances), inputs: &inputs };
+    let told = |bytes: &[u8]| {
+        let limits = Limits { max_issues: 1, ..Limits::default() };
+        let report = check_bytes(bytes, Level::Source, Some(&source), &limits, &Executor::current());
+        let ids: Vec<&str> = report.counts().map(|(rule, _)| rule.id).collect();
+        (ids, report.not_checked)
+    };
+    let whole = valid::two_level_file();
+    assert_eq!(told(&whole), (vec![], vec![]));
+
+    // Without its flag the file seems to have no instances.
+    let flagless = vectors_bytes::with_header(whole.clone(), |h| h.tree_flags &= !tree_flags::TWO_LEVEL);
+    let (ids, left_out) = told(&flagless);
+    assert!(ids.contains(&"E0125") && !ids.iter().any(|id| id.starts_with("E06")), "{ids:?}");
+    assert!(left_out.iter().any(|why| why.starts_with("The source: ")), "{left_out:?}");
+
+    // Rows out of order belong to no tree, and none of their triangles is looked for in the other tree's mesh.
+    let mut mixed = whole;
+    let rows = vectors_bytes::stored(&mut mixed, SectionKind::GEOM);
+    let (first, last) = (rows[..64].to_vec(), rows[rows.len() - 64..].to_vec());
+    let len = rows.len();
+    rows[..64].copy_from_slice(&last);
+    rows[len - 64..].copy_from_slice(&first);
+    let (ids, left_out) = told(&vectors_bytes::refix(mixed));
+    assert!(ids.contains(&"E0314") && !ids.iter().any(|id| id.starts_with("E06")), "{ids:?}");
+    assert!(left_out.iter().any(|why| why.contains("GEOM")), "{left_out:?}");
+}
+
+/// The rows of BLAS are asked before sections are decoded and again with the records: one breach is counted once.
+#[test]
+fn contradictions_of_rows_are_counted_once() {
+    let (header, mut sections) = vectors_bytes::take_apart(&valid::plane_file());
+    // Provenance alone is packed, so that the records can be read whatever their rows say.
+    let meta = sections.iter_mut().find(|(entry, _)| entry.kind == SectionKind::META).unwrap();
+    let packed = bvhc::cache::parts::pack(&meta.1, 1, &Executor::current()).unwrap().expect("it gains");
+    (meta.0.codec, meta.0.raw_len, meta.1) = (SectionEntry::ZSTD, meta.1.len() as u64, packed);
+    let rows = sections.iter_mut().find(|(entry, _)| entry.kind == SectionKind::BLAS).unwrap();
+    rows.1[32..40].copy_from_slice(&2u64.to_le_bytes());
+    let bytes = vectors_bytes::put_together(header, sections);
+    for level in [Level::Hash, Level::Tree] {
+        let report = check_bytes(&bytes, level, None, &Limits::default(), &Executor::current());
+        assert_eq!(report.count(&rules::E0310), 1, "{level:?}:{}", lines(&report));
+    }
 }
 
 /// The report is the same for one thread and for several.

@@ -165,7 +165,7 @@ fn rays_hit_what_brute_force_hits() {
         for method in cutters() {
             for share in [0.0, 0.3, 5.0] {
                 let image = image_of(&mesh, build(&mesh, &options(method, share), 2));
-                let tally = compare(&image.view(), &oracle, &rays, &answers, &Executor::current());
+                let tally = compare(&image.view(), &oracle, &rays, &answers, &Executor::current()).expect("a tree");
                 assert!(tally.hits > 100 && tally.wrong() == 0, "{name}, {method}, share {share}: {tally:?}");
             }
         }

@@ -117,6 +117,13 @@ fn a_sequential_executor_starts_no_thread() {
         let bytes = std::fs::read(&from).unwrap();
         assert!(check_bytes(&bytes, Level::Tree, None, &Limits::default(), &exec).is_valid());
         watch.none_since(before, "checking");
+        for cache in [
+            Cache::from_slice_on(&bytes, &OpenOptions::default(), &exec),
+            Cache::from_bytes_on(&bytes, &OpenOptions::default(), &exec),
+        ] {
+            assert!(cache.expect("a sound file").check(&Limits::default(), &exec).is_valid());
+        }
+        watch.none_since(before, "opening bytes");
 
         let cache = Cache::open_on(&from, &OpenOptions::default(), &exec).expect("a sound file");
         let subject = Subject::new(cache.view(), scene, &exec);

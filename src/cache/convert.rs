@@ -5,6 +5,7 @@ use std::path::Path;
 
 use bvhc_core::cache::parts::{Fault, is_known_codec, is_understood};
 
+use super::check::Limits;
 use super::writer::{Codec, Form, Piece, Sealed, WriteOptions, WriteSummary};
 use super::{Cache, CacheError, MIN_MINOR, OpenOptions, Validation, section_flags};
 use super::{Header, SectionKind, atomic, keys};
@@ -33,11 +34,12 @@ pub struct ConvertOptions {
 
 /// Write the content of `from` to `to` with another codec, in one step, with the same `content_id`.
 ///
-/// `from` and `to` may be the same file. Every section is read once and its hashes are checked.
+/// `from` and `to` may be the same file. Every section is read once and its hashes are checked; with [`WriteOptions::check`], so is
+/// everything that the sections say, but for what is left out.
 ///
 /// # Errors
-/// Where `from` cannot be opened or `to` cannot be written, or where a section that would have to be left out is part of the
-/// content.
+/// Where `from` cannot be opened, breaks a rule, or `to` cannot be written, or where a section that would have to be left out is part of
+/// the content.
 pub fn convert(
     from: &Path,
     to: &Path,
@@ -48,6 +50,12 @@ pub fn convert(
     let validation = open.validation.max(Validation::Hash);
     let cache = Cache::open_on(from, &OpenOptions { validation, ..*open }, exec)?;
     let name = from.display().to_string();
+    if options.write.check {
+        let limits = Limits { max_issues: 1, ..Limits::default() };
+        let left_out = options.drop_meta.then_some(SectionKind::META);
+        let report = cache.check_without(left_out, &limits, exec);
+        Fault::of_report(&report).map_err(|fault| fault.of(&name))?;
+    }
     let (sealed, dropped) = repack(&cache, &name, options, exec)?;
     atomic::replace(to, |file| sealed.write_to(file))?;
     Ok(ConvertSummary { written: sealed.summary(), dropped })

@@ -217,19 +217,13 @@ fn unchanged(dependency: &Dependency, path: &Path, exec: &Executor) -> Result<In
 
 /// Length and BLAKE3 of a file, read in pieces and hashed on all threads. Not mapped: another program may be rewriting it.
 pub fn hash_file(path: &Path, exec: &Executor) -> io::Result<(u64, [u8; 32])> {
-    let file = File::open(path)?;
-    let expected = file.metadata()?.len();
-    hash_reader(file, expected, exec)
-}
-
-/// Length and BLAKE3 of all that a reader gives, about `expected` bytes.
-pub(super) fn hash_reader(mut from: impl Read, expected: u64, exec: &Executor) -> io::Result<(u64, [u8; 32])> {
+    let mut file = File::open(path)?;
     let mut hasher = blake3::Hasher::new();
-    let size = expected.clamp(1, 4 << 20) as usize;
+    let size = file.metadata()?.len().clamp(1, 4 << 20) as usize;
     let mut piece = vec![0; size];
     let mut len = 0;
     loop {
-        let n = match from.read(&mut piece) {
+        let n = match file.read(&mut piece) {
             Ok(0) => return Ok((len, *hasher.finalize().as_bytes())),
             Ok(n) => n,
             Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,

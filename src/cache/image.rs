@@ -40,12 +40,20 @@ impl Image {
     /// Lay out trees and geometry as the file's records.
     ///
     /// # Errors
-    /// Where only some meshes have the numbers of their vertices, or a tree refers to triangles, a part to triangles, or an instance to a mesh that is not there. Whether the trees are sound beyond that
-    /// is asked when the image is written.
+    /// Where only some meshes have the numbers of their vertices, or a tree refers to triangles, a part to triangles, or an instance to a mesh
+    /// that is not there. Whether the trees are sound beyond that is asked when the image is written.
     pub fn new(accel: &Accel, exec: &Executor) -> Result<Image, CacheError> {
+        for (number, (mesh, tree)) in accel.meshes.iter().zip(&accel.blases).enumerate() {
+            fits(mesh, tree, number, exec)?;
+        }
+        Image::of_compiled(accel, exec)
+    }
+
+    /// [`Image::new`] of what [`compile`](crate::compile::compile) made: its meshes were validated before trees were built over them.
+    pub(crate) fn of_compiled(accel: &Accel, exec: &Executor) -> Result<Image, CacheError> {
         let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
         for (mesh, tree) in accel.meshes.iter().zip(&accel.blases) {
-            image.push_blas(mesh, tree, exec)?;
+            image.push_blas(mesh, tree, exec);
         }
         image.settle_origins()?;
         let any_duplicates = image.blases.iter().any(|b| b.flags & tree_flags::DUP_REFS != 0);
@@ -65,14 +73,14 @@ impl Image {
     /// As [`Image::new`].
     pub fn of_tree(mesh: &Mesh, tree: &Tree, exec: &Executor) -> Result<Image, CacheError> {
         let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
-        image.push_blas(mesh, tree, exec)?;
+        fits(mesh, tree, 0, exec)?;
+        image.push_blas(mesh, tree, exec);
         image.settle_origins()?;
         image.flags |= image.blases[0].flags;
         Ok(image)
     }
 
-    fn push_blas(&mut self, mesh: &Mesh, tree: &Tree, exec: &Executor) -> Result<(), CacheError> {
-        fits(mesh, tree, self.blases.len(), exec)?;
+    fn push_blas(&mut self, mesh: &Mesh, tree: &Tree, exec: &Executor) {
         let blas = self.blases.len() as u32;
         let first_geom = self.geoms.len() as u32;
         self.names.extend(mesh.parts.iter().map(|part| clip_name(&part.name).to_owned()));
@@ -125,7 +133,6 @@ impl Image {
         if !mesh.vertices.is_empty() {
             exec.append(&mut self.vertices, tree.refs.len(), |i| mesh.vertices[tree.refs[i] as usize]);
         }
-        Ok(())
     }
 
     /// What no part has is left out.

@@ -1,32 +1,26 @@
-//! Is every byte of a file still the one that was written? [`Head::read`] answers for header, table and padding; this for the rest.
+//! May a file be vouched for? [`Head::read`] answers for header, table and padding; this for everything else.
 
-use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io;
 use std::path::Path;
 
-use super::freshness::hash_reader;
-use super::{CacheError, Head};
+use bvhc_core::cache::parts::Fault;
+
+use super::check::Limits;
+use super::{Cache, CacheError, Head, OpenOptions, Validation};
 use crate::exec::Executor;
 
-/// Hash the bytes of every section as they stand in the file, and hold them against the table of `head`, which was read from it.
+/// Prove that the file whose `head` was read is whole and sound: every byte is the one that was written, and everything that the file says
+/// obeys the rules, whether or not a ray needs it. A hash alone proves the first and not the second: anybody can hash anything.
 ///
-/// Nothing is decoded and no record is looked at. Costs what hashing the file costs, on all threads.
+/// Costs what opening the file costs at [`Validation::Tree`], and a look at each vertex and name.
 ///
 /// # Errors
-/// Where the file cannot be read or a section has another hash (E0201).
-pub fn intact(path: &Path, head: &Head, exec: &Executor) -> Result<(), CacheError> {
-    let io_error = |action| move |source| CacheError::Io { action, path: path.to_owned(), source };
-    let mut file = File::open(path).map_err(io_error("open"))?;
-    for entry in &head.sections {
-        let mut of_section = || -> io::Result<[u8; 32]> {
-            file.seek(SeekFrom::Start(entry.offset))?;
-            Ok(hash_reader((&mut file).take(entry.stored_len), entry.stored_len, exec)?.1)
-        };
-        if of_section().map_err(io_error("read"))? != entry.stored_hash {
-            let detail =
-                format!("the bytes of {} do not have the hash of the section table: the file is damaged", entry.kind);
-            return Err(CacheError::Invalid { name: path.display().to_string(), rule: "E0201", detail });
-        }
+/// Where the file cannot be read, is no longer the one of `head`, is damaged, breaks a rule, or does not fit the memory that `open` allows.
+pub fn intact(path: &Path, head: &Head, open: &OpenOptions, exec: &Executor) -> Result<(), CacheError> {
+    let cache = Cache::open_on(path, &OpenOptions { validation: Validation::Hash, ..*open }, exec)?;
+    if cache.header().file_id != head.header.file_id {
+        return Err(CacheError::io("read", path)(io::Error::other("another file took its place")));
     }
-    Ok(())
+    let limits = Limits { max_issues: 1, ..Limits::default() };
+    Fault::of_report(&cache.check(&limits, exec)).map_err(|fault| fault.of(&path.display().to_string()))
 }

@@ -9,11 +9,10 @@ use std::path::Path;
 
 use bytemuck::{Zeroable, bytes_of, cast_slice};
 
-use bvhc_core::cache::parts::{check_tree_flags, encode_names, pack};
+use bvhc_core::cache::parts::{Fault, FaultClass, check_tree_flags, encode_names, pack};
 
+use super::CacheError;
 use super::check::{Limits, check_image};
-use super::rules::Severity;
-use super::{CacheError, Limited};
 use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, SectionEntry, SectionKind};
 use super::{Image, Meta, atomic, keys, minor_of, tree_flags};
 use crate::exec::Executor;
@@ -112,12 +111,10 @@ fn seal<'a>(
     exec: &Executor,
 ) -> Result<Sealed<'a>, CacheError> {
     let unwritable = |detail| CacheError::Unwritable { name: name.to_owned(), detail };
-    let too_large = |detail| CacheError::Limit { name: name.to_owned(), detail, limit: Limited::Format };
+    let too_large = |limit| CacheError::Limit { name: name.to_owned(), limit };
     if options.check {
         let report = check_image(image, &Limits { max_issues: 1, ..Limits::default() }, exec);
-        if let Some(first) = report.findings.iter().find(|f| f.rule.severity() == Severity::Error) {
-            return Err(unwritable(first.to_string()));
-        }
+        Fault::of_report(&report).map_err(|fault| refusal(fault, name))?;
     }
     let meta_bytes = meta.encode().map_err(too_large)?;
     let header = describe(image, meta).map_err(unwritable)?;
@@ -173,6 +170,14 @@ fn seal<'a>(
         pieces.push(Piece { entry, data, form: Form::Decoded });
     }
     Sealed::new(header, pieces, options.codec, exec).map_err(CacheError::io("compress", Path::new(name)))
+}
+
+/// An image that breaks a rule is a fault of the program; one that could not be looked into may be sound.
+fn refusal(fault: Fault, name: &str) -> CacheError {
+    match fault.class {
+        FaultClass::Invalid => CacheError::Unwritable { name: name.to_owned(), detail: fault.to_string() },
+        _ => fault.of(name),
+    }
 }
 
 /// The header's facts; identities and layout follow in [`Sealed::new`].

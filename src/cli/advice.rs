@@ -1,7 +1,10 @@
 //! What helps: the command line's words for the library's errors, which name no flag themselves.
 
 use super::failure::Failure;
+use crate::build::{BuildOptions, OptionInfo, Spelling, option};
+use crate::cache::rules::Remedy;
 use crate::scene::{Resemblance, SceneError};
+use crate::search::NAMED_RECIPE;
 use crate::verify::DeviceError;
 use std::error::Error;
 
@@ -45,6 +48,53 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
     Some(text.to_string())
 }
 
+/// For a file that breaks a rule.
+pub fn for_rule(remedy: Remedy) -> &'static str {
+    match remedy {
+        Remedy::Rebuild => {
+            "Build the file again from its model: bvhc build MODEL -o FILE --force. A cache is made again, never mended."
+        }
+        Remedy::Newer => {
+            "Use the version of bvhc that wrote the file, or a later one; or build the file again with this one: bvhc build MODEL -o FILE --force."
+        }
+        Remedy::RightFile => {
+            "Check the path; mark *.bvhc as binary in .gitattributes; or build the file again: bvhc build MODEL -o FILE --force."
+        }
+        Remedy::MoreMemory => {
+            "Raise the limit if you trust the file: --max-memory 32G. Raw sections are mapped and take none."
+        }
+        Remedy::LeaveOut => "Nothing, or leave the section out: bvhc convert FILE -o FILE2 --strip-unknown.",
+        _ => {
+            "Build again: bvhc build MODEL -o FILE. If the model has not changed and it still happens, please report it."
+        }
+    }
+}
+
+/// What to type to give an option of builds a value.
+pub fn typed(row: &OptionInfo, value: &str) -> String {
+    match row.spelling {
+        Spelling::Setting => format!("-O {}={value}", row.name),
+        _ => format!("--{} {value}", row.name),
+    }
+}
+
+/// What to type to build by these options.
+pub fn flags(options: &BuildOptions) -> String {
+    let typed = options.effective().into_iter().filter_map(|(name, value)| Some(typed(option(&name)?, &value)));
+    std::iter::once(format!("--method {}", options.method)).chain(typed).collect::<Vec<_>>().join(" ")
+}
+
+/// A note of a file, with the recipe that it may name as what to type: `method=sbvh axes=all` becomes `--method sbvh --axes all`.
+pub fn note(text: &str) -> String {
+    let Some((start, recipe)) = text.split_once(NAMED_RECIPE) else { return text.to_string() };
+    let flag = |pair: &str| match pair.split_once('=')? {
+        ("method", value) => Some(format!("--method {value}")),
+        (name, value) => Some(typed(option(name)?, value)),
+    };
+    let flags: Option<Vec<String>> = recipe.split(' ').map(flag).collect();
+    flags.map_or_else(|| text.to_string(), |flags| format!("{start}{NAMED_RECIPE}{}", flags.join(" ")))
+}
+
 /// For a device that gave no answer.
 pub fn for_device(error: &DeviceError) -> Option<&'static str> {
     Some(match error {
@@ -61,4 +111,27 @@ pub fn for_device(error: &DeviceError) -> Option<&'static str> {
         DeviceError::Runtime { .. } => "try again, update the driver, or pass --device cpu",
         DeviceError::Malformed { .. } => "bvhc check FILE",
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recipe_in_a_note_becomes_what_to_type() {
+        let told = "auto: without the search: method=sbvh axes=all max-leaf=8";
+        assert_eq!(note(told), "auto: without the search: --method sbvh --axes all -O max-leaf=8");
+        // Notes are the file's: what is no recipe stays as it is.
+        for odd in ["auto: took sbvh", "without the search: method", "without the search: colour=red", ""] {
+            assert_eq!(note(odd), odd);
+        }
+    }
+
+    #[test]
+    fn every_remedy_has_words_of_the_program() {
+        for remedy in Remedy::ALL {
+            let words = for_rule(remedy);
+            assert!(words.ends_with('.') && (words.contains("bvhc ") || words.contains("--")), "{remedy:?}: {words}");
+        }
+    }
 }

@@ -79,9 +79,10 @@ pub fn failure(error: &CacheError) -> Failure {
         CacheError::Unsupported { .. } => {
             failure.help("use the bvhc that wrote it or a newer one, or rebuild with: bvhc build MODEL -o FILE --force")
         }
-        CacheError::Limit { limit: Limited::Memory, .. } => {
+        CacheError::Limit { limit: Limited::Memory { .. }, .. } => {
             failure.help("if you trust the file, raise the limit: --max-memory 32G")
         }
+        CacheError::Limit { limit: Limited::Machine { .. }, .. } => failure.help(MORE_MEMORY),
         CacheError::Limit { .. } => failure.help("split the scene into several models, or shorten its names"),
         _ => failure.help("this is a fault of the program that called the writer; please report it"),
     }
@@ -165,6 +166,9 @@ pub fn extension_name(text: &str) -> Result<String, String> {
 
 /// For a file that is no cache, or not there.
 pub const MAKE_ONE: &str = "cache files are made from models with: bvhc build MODEL -o FILE.bvhc";
+
+/// For what the machine has not got the memory to look into.
+pub const MORE_MEMORY: &str = "end other programs, or use a machine with more memory";
 
 pub fn scene_failure(error: &SceneError) -> Failure {
     let exit = match error.kind() {
@@ -250,9 +254,13 @@ mod tests {
         );
         let newer = told(CacheError::Unsupported { name: name.clone(), rule, detail: detail.clone() });
         assert!(newer.contains("version 2.0 (E0103)") && newer.contains("bvhc build MODEL -o FILE --force"), "{newer}");
-        let large = told(CacheError::Limit { name: name.clone(), detail: detail.clone(), limit: Limited::Memory });
+        let large = told(CacheError::Limit { name: name.clone(), limit: Limited::Memory { needed: 9, limit: 8 } });
         assert!(large.contains("--max-memory"), "{large}");
-        let many = told(CacheError::Limit { name: name.clone(), detail: detail.clone(), limit: Limited::Format });
+        let short =
+            told(CacheError::Limit { name: name.clone(), limit: Limited::Machine { left_out: detail.clone() } });
+        assert!(short.contains("more memory") && !short.contains("--max-memory"), "{short}");
+        let many =
+            told(CacheError::Limit { name: name.clone(), limit: Limited::Format { what: "META", found: 9, most: 8 } });
         assert!(many.contains("split the scene"), "{many}");
         let fault = failure(&CacheError::Unwritable { name, detail });
         assert!(fault.exit == Exit::Internal && fault.help.is_some_and(|h| h.contains("report it")));

@@ -190,6 +190,18 @@ impl Mesh {
         if self.source_prims.is_empty() { i as u32 } else { self.source_prims[i] }
     }
 
+    /// The triangle of part `part` that has the source number `prim`. Within a part source numbers ascend.
+    pub fn triangle_of(&self, part: usize, prim: u32) -> Option<usize> {
+        let part = self.parts.get(part)?;
+        let first = part.first_triangle as usize;
+        let all = first..first.checked_add(part.triangle_count as usize)?;
+        if self.source_prims.is_empty() {
+            let i = prim as usize;
+            return (all.contains(&i) && i < self.triangles.len()).then_some(i);
+        }
+        self.source_prims.get(all)?.binary_search(&prim).ok().map(|i| first + i)
+    }
+
     /// Position `v` as exactly as it is known.
     pub fn exact_position(&self, v: usize) -> [f64; 3] {
         let (position, remainder) = (self.positions[v], self.remainders.get(v).copied().unwrap_or_default());
@@ -221,5 +233,31 @@ impl Scene {
     /// Triangles after instancing: what a ray can hit.
     pub fn instanced_triangles(&self) -> u64 {
         self.instances.iter().map(|i| self.meshes[i.mesh as usize].triangles.len() as u64).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangle_is_found_by_its_number_in_its_part_alone() {
+        let part = |first_triangle, triangle_count| Part { first_triangle, triangle_count, ..Part::default() };
+        let mut mesh = Mesh { triangles: vec![[0, 1, 2]; 5], parts: vec![part(0, 2), part(2, 3)], ..Mesh::default() };
+        let all = |mesh: &Mesh, prim| [0, 1, 2].map(|part| mesh.triangle_of(part, prim));
+        assert_eq!(all(&mesh, 1), [Some(1), None, None]);
+        assert_eq!(all(&mesh, 4), [None, Some(4), None]);
+        assert_eq!(all(&mesh, 5), [None; 3]);
+
+        // Numbers go on where triangles were dropped.
+        mesh.source_prims = vec![0, 3, 4, 6, 9];
+        assert_eq!((all(&mesh, 3), all(&mesh, 9)), ([Some(1), None, None], [None, Some(4), None]));
+        assert_eq!(all(&mesh, 5), [None; 3]);
+
+        // A part that says more than there is finds nothing.
+        mesh.parts[1] = part(4, u32::MAX);
+        assert_eq!(all(&mesh, 9), [None; 3]);
+        mesh.source_prims.clear();
+        assert_eq!(all(&mesh, 5), [None; 3]);
     }
 }

@@ -36,11 +36,14 @@ pub struct Choice {
     pub trials: Vec<Trial>,
     /// Which of the trials was taken.
     pub taken: usize,
-    /// The flags that build the same tree without a search.
-    pub flags: String,
+    /// The recipe that was taken: it builds the same tree without a search.
+    pub options: BuildOptions,
     /// Why nothing further was tried.
     pub reason: String,
 }
+
+/// Before the options of [`Choice::options`] in a note, which follow as `name=value`, the method first, with a space between them.
+pub(crate) const NAMED_RECIPE: &str = "without the search: ";
 
 /// Decisions that are written out; of more trees than that the largest.
 const WRITTEN: usize = 4;
@@ -54,7 +57,7 @@ impl Choice {
             overlap: None,
             trials: vec![Trial { rung, cost: f64::NAN, references: 0 }],
             taken: 0,
-            flags: rung.options(options, 0).as_flags(),
+            options: rung.options(options, 0),
             reason,
         }
     }
@@ -79,7 +82,8 @@ impl Choice {
             let trials: Vec<String> = self.trials.iter().map(tried).collect();
             out.push(format!("tried, by {unit}: {}{overlap}", trials.join(", ")));
         }
-        out.push(format!("without the search: {}", self.flags));
+        let named = self.options.effective().into_iter().map(|(name, value)| format!(" {name}={value}"));
+        out.push(format!("{NAMED_RECIPE}method={}{}", self.options.method, named.collect::<String>()));
         out
     }
 }

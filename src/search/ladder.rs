@@ -217,8 +217,7 @@ impl<'a> Contest<'a> {
 
     pub fn end(self, reason: String) -> (Tree, Choice) {
         let (taken, tree) = self.leader.map_or((0, Tree::default()), |leader| (leader.trial, leader.tree));
-        let flags =
-            self.trials.get(taken).map_or_else(String::new, |t| t.rung.options(self.options, self.rays).as_flags());
+        let recipe = self.trials.get(taken).map(|trial| trial.rung.options(self.options, self.rays));
         let choice = Choice {
             method: self.options.method,
             triangles: self.mesh.triangles.len() as u64,
@@ -226,7 +225,7 @@ impl<'a> Contest<'a> {
             overlap: self.overlap,
             trials: self.trials,
             taken,
-            flags,
+            options: recipe.unwrap_or_else(|| self.options.clone()),
             reason,
         };
         (tree, choice)

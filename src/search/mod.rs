@@ -15,6 +15,8 @@ mod progress;
 mod recipes;
 mod tree;
 
+#[cfg(feature = "cli")]
+pub(crate) use choice::NAMED_RECIPE;
 pub use choice::{Choice, Trial, notes};
 pub(crate) use tree::recipe_tree;
 

@@ -45,7 +45,7 @@ fn the_cheapest_trial_is_taken_or_one_hardly_dearer_and_the_tree_is_that_of_its_
             assert!(taken.cost <= least * if method == Method::Best { 1.02 } else { 1.03 }, "{choice:?}");
             let recipe = taken.rung.options(&asked(method), rays_for(&mesh, &Executor::sequential()));
             assert_eq!(tree, recipe_tree(&mesh, &recipe, &Executor::sequential(), &NoProgress).unwrap());
-            assert_eq!(choice.flags, recipe.as_flags());
+            assert_eq!(choice.options, recipe);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Verdicts: what traversal found against what brute force knows.
 
 use super::brute::{Answer, Candidate, Oracle, Order, Source, Standing};
-use super::{Hit, closest_hit};
+use super::{Hit, Malformed, closest_hit};
 use crate::cache::{NO_NODE, View};
 use crate::exec::Executor;
 use crate::geom::Ray;
@@ -100,20 +100,30 @@ impl Tally {
 }
 
 /// Trace every ray through `view` and judge it by `answers`, which [`Oracle::trace_all`] gave for the same rays.
-pub fn compare(view: &View<'_>, oracle: &Oracle<'_>, rays: &[Ray], answers: &[Answer], exec: &Executor) -> Tally {
-    let judged: Vec<(Verdict, Option<Hit>)> = exec.map_range(rays.len().min(answers.len()), |i| {
-        let hit = closest_hit(view, &rays[i]);
-        (judge(view, oracle, &answers[i], hit.as_ref()), hit)
+///
+/// # Errors
+/// Where the tree is malformed: that of the first ray whose walk came upon it.
+pub fn compare(
+    view: &View<'_>,
+    oracle: &Oracle<'_>,
+    rays: &[Ray],
+    answers: &[Answer],
+    exec: &Executor,
+) -> Result<Tally, Malformed> {
+    let judged = exec.map_range(rays.len().min(answers.len()), |i| {
+        let hit = closest_hit(view, &rays[i])?;
+        Ok((judge(view, oracle, &answers[i], hit.as_ref()), hit))
     });
     let mut tally = Tally::default();
-    for (index, (verdict, hit)) in judged.into_iter().enumerate() {
+    for (index, found) in judged.into_iter().enumerate() {
+        let (verdict, hit) = found?;
         tally.add(verdict);
         tally.hits += u64::from(hit.is_some());
         if !verdict.is_right() && tally.first_wrong.is_none() {
             tally.first_wrong = Some(Wrong { index, ray: rays[index], verdict, hit, answer: answers[index].clone() });
         }
     }
-    tally
+    Ok(tally)
 }
 
 /// Judge the nearest hit that was found.

@@ -72,7 +72,7 @@ mod tests {
         let mut hits = 0;
         for i in 0..500u32 {
             let ray = Ray::new([i % 5, i % 3, i % 17].map(|c| c as f32 * 0.37), [1.0, (i % 9) as f32 - 4.0, 0.3]);
-            let [a, b] = [lent.view(), image.view()].map(|view| closest_hit(&view, &ray));
+            let [a, b] = [lent.view(), image.view()].map(|view| closest_hit(&view, &ray).unwrap());
             assert_eq!(a, b);
             hits += usize::from(a.is_some());
         }

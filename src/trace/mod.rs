@@ -21,9 +21,10 @@
 //! # let image = Image::new(&Accel { meshes: vec![mesh], blases, ..Accel::default() }, &exec).unwrap();
 //! # let view = image.view();
 //! let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 0.5]);
-//! let hit = closest_hit(&view, &ray).expect("the triangle is right ahead");
+//! let hit = closest_hit(&view, &ray)?.expect("the triangle is right ahead");
 //! assert_eq!((hit.t, hit.prim), (2.0, 0)); // t counts in lengths of the direction
-//! assert!(any_hit(&view, &ray) && !any_hit(&view, &ray.until(1.5)));
+//! assert!(any_hit(&view, &ray)? && !any_hit(&view, &ray.until(1.5))?);
+//! # Ok::<(), bvhc::trace::Malformed>(())
 //! ```
 //!
 //! `brute`, `rays` and `compare` are the judge: every triangle of the source scene tested in `f64` without any tree, sets of

@@ -1,6 +1,6 @@
 use crate::cache::{NO_NODE, View};
 use crate::exec::Executor;
-use crate::scene::{Mesh, Scene};
+use crate::scene::Scene;
 use crate::trace::Hit;
 use crate::trace::brute::Source;
 use std::collections::BTreeMap;
@@ -27,8 +27,8 @@ impl Origins {
         let origin = |row: Option<&Row>, prim: u32| match row {
             Some(Row::Place { instance, part }) => {
                 let mesh = &scene.meshes[scene.instances[*instance as usize].mesh as usize];
-                let source = |triangle| Source { instance: *instance, triangle };
-                find(mesh, *part, prim).map_or(Origin::Nothing, |triangle| Origin::Known(source(triangle)))
+                let source = |triangle: usize| Source { instance: *instance, triangle: triangle as u32 };
+                mesh.triangle_of(*part, prim).map_or(Origin::Nothing, |triangle| Origin::Known(source(triangle)))
             }
             Some(Row::Several) => Origin::Several,
             Some(Row::Nothing) | None => Origin::Nothing,
@@ -100,15 +100,4 @@ fn rows_of_one_level(view: &View<'_>, scene: &Scene) -> Vec<Row> {
 
 fn origin_of(part: &crate::scene::Part) -> (u32, u32) {
     (part.source_mesh, part.source_part)
-}
-
-/// The triangle with source number `prim` in a part. Within a part source numbers ascend.
-fn find(mesh: &Mesh, part: usize, prim: u32) -> Option<u32> {
-    let part = mesh.parts.get(part)?;
-    let (first, count) = (part.first_triangle as usize, part.triangle_count as usize);
-    if mesh.source_prims.is_empty() {
-        return (first..first + count).contains(&(prim as usize)).then_some(prim);
-    }
-    let numbers = mesh.source_prims.get(first..first.checked_add(count)?)?;
-    numbers.binary_search(&prim).ok().map(|i| (first + i) as u32)
 }

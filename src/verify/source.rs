@@ -2,6 +2,7 @@
 
 use crate::cache::{GeomRecord, View};
 use crate::scene::{Part, Scene};
+use std::fmt;
 
 /// The file was built from something else.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -22,7 +23,23 @@ pub enum OtherModel {
     #[error(
         "Cannot judge the file by this model: part {part} of tree {tree} has {model} in the model, and {file} in the file, so it was built from something else."
     )]
-    Part { tree: usize, part: usize, model: String, file: String },
+    Part { tree: usize, part: usize, model: PartCounts, file: PartCounts },
+}
+
+/// What is compared of a part: where it comes from, and how many of its triangles are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PartCounts {
+    pub source_mesh: u32,
+    pub source_part: u32,
+    pub kept: u32,
+    pub all: u32,
+}
+
+impl fmt::Display for PartCounts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let PartCounts { source_mesh, source_part, kept, all } = self;
+        write!(f, "{kept} of {all} triangles of part {source_part} of mesh {source_mesh}")
+    }
 }
 
 /// Compare the numbers of trees, instances and parts, and each part's origin and number of triangles. Where vertices or matrices stand is left to
@@ -63,11 +80,11 @@ fn compare_parts(tree: usize, parts: &[&Part], rows: &[GeomRecord]) -> Result<()
     if parts.len() != rows.len() {
         return Err(OtherModel::Parts { tree, model: parts.len(), file: rows.len() });
     }
-    let words =
-        |mesh: u32, part: u32, kept: u32, all: u32| format!("{kept} of {all} triangles of part {part} of mesh {mesh}");
+    let counts =
+        |source_mesh: u32, source_part: u32, kept: u32, all: u32| PartCounts { source_mesh, source_part, kept, all };
     for (number, (part, row)) in parts.iter().zip(rows).enumerate() {
-        let model = words(part.source_mesh, part.source_part, part.triangle_count, part.prim_count);
-        let file = words(row.source_mesh, row.source_part, row.kept_count, row.prim_count);
+        let model = counts(part.source_mesh, part.source_part, part.triangle_count, part.prim_count);
+        let file = counts(row.source_mesh, row.source_part, row.kept_count, row.prim_count);
         if model != file {
             return Err(OtherModel::Part { tree, part: number, model, file });
         }

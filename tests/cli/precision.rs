@@ -30,7 +30,7 @@ fn misses(cache: &Cache, at: [f64; 3]) -> usize {
     rays.filter(|(x, z)| {
         let ray =
             Ray { origin: [*x, at[1] as f32 + 5.0, *z], direction: [0.0, -1.0, 0.0], t_min: 0.0, t_max: f32::INFINITY };
-        closest_hit(&cache.view(), &ray).is_none()
+        closest_hit(&cache.view(), &ray).unwrap().is_none()
     })
     .count()
 }

@@ -325,13 +325,13 @@ fn convert_keeps_what_may_be_copied_and_refuses_to_lose_content() {
     let kinds = || Cache::open(&to).unwrap().sections().iter().map(|s| s.kind).collect::<Vec<_>>();
     let extra = SectionKind(*b"XTRA");
 
-    assert_eq!(convert(with_entry(4, |e| e.kind = extra)).unwrap().dropped, []);
+    assert_eq!(convert(with_entry(5, |e| e.kind = extra)).unwrap().dropped, []);
     assert!(kinds().contains(&extra));
-    assert_eq!(convert(with_entry(4, |e| (e.kind, e.codec) = (extra, 9))).unwrap().dropped, []);
+    assert_eq!(convert(with_entry(5, |e| (e.kind, e.codec) = (extra, 9))).unwrap().dropped, []);
     assert!(kinds().contains(&extra));
-    assert_eq!(convert(with_entry(4, |e| (e.kind, e.flags) = (extra, 0))).unwrap().dropped, [extra]);
+    assert_eq!(convert(with_entry(5, |e| (e.kind, e.flags) = (extra, 0))).unwrap().dropped, [extra]);
     assert!(!kinds().contains(&extra));
-    let error = convert(with_entry(4, |e| (e.kind, e.flags) = (extra, 4))).unwrap_err();
+    let error = convert(with_entry(5, |e| (e.kind, e.flags) = (extra, 4))).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unsupported);
     assert!(error.to_string().contains("XTRA"));
 }

@@ -285,7 +285,7 @@ impl Executor {
 #[cfg(test)]
 mod tests {
     use super::Executor;
-    use std::time::Duration;
+    use std::time::{Duration, Instant};
 
     #[test]
     fn a_metered_executor_gives_the_answers_of_the_sequential_one() {
@@ -295,6 +295,33 @@ mod tests {
         };
         assert_eq!(sums(&metered), sums(&plain));
         assert_eq!(plain.divided(), Duration::ZERO);
-        assert!(super::HAS_CLOCK || metered.divided() == Duration::ZERO);
+        // It is cut up as for several threads.
+        assert!(!metered.is_sequential() && plain.is_sequential() && metered.threads() == 1);
+    }
+
+    #[test]
+    fn a_meter_counts_what_is_divided_once_and_nothing_else() {
+        let exec = Executor::metered();
+        if !super::HAS_CLOCK {
+            exec.join(|| (), || ());
+            assert_eq!(exec.divided(), Duration::ZERO);
+            return;
+        }
+        let work = || {
+            let start = Instant::now();
+            std::hint::black_box(blake3::hash(&[1; 1 << 18]));
+            start.elapsed()
+        };
+        // What one thread does alone is not counted.
+        work();
+        assert_eq!(exec.divided(), Duration::ZERO);
+
+        // Of operations within operations the outer one is counted.
+        let start = Instant::now();
+        let spent = exec.map_range(3, |_| exec.join(work, work));
+        let around = start.elapsed();
+        let spent: Duration = spent.into_iter().map(|(a, b)| a + b).sum();
+        let divided = exec.divided();
+        assert!(spent <= divided && divided <= around, "{spent:?} within {divided:?} within {around:?}");
     }
 }

@@ -1,7 +1,6 @@
 //! What of the options decides a build.
 
 use super::options::BuildOptions;
-use super::row::OptionInfo;
 use super::table::OPTIONS;
 
 impl BuildOptions {
@@ -10,20 +9,7 @@ impl BuildOptions {
     ///
     /// Those that the method does not read are left out. What is not done, a pass or cutting, is not named either.
     pub fn effective(&self) -> Vec<(String, String)> {
-        self.read().map(|row| (row.name.to_string(), row.value(self))).collect()
-    }
-
-    /// The command line's flags that say the same.
-    pub fn as_flags(&self) -> String {
-        let mut flags = format!("--method {}", self.method);
-        for row in self.read() {
-            flags.push(' ');
-            flags.push_str(&row.typed(&row.value(self)));
-        }
-        flags
-    }
-
-    fn read(&self) -> impl Iterator<Item = &'static OptionInfo> {
-        OPTIONS.iter().filter(|row| row.is_read_by(self.method) && row.is_named(self))
+        let decisive = OPTIONS.iter().filter(|row| row.is_read_by(self.method) && row.is_named(self));
+        decisive.map(|row| (row.name.to_string(), row.value(self))).collect()
     }
 }

@@ -151,14 +151,6 @@ impl OptionInfo {
             InKey::UnlessOff => !["0", "false"].contains(&self.value(options).as_str()),
         }
     }
-
-    /// What to type to give the option a value.
-    pub fn typed(&self, value: &str) -> String {
-        match self.spelling {
-            Spelling::Flag => format!("--{} {value}", self.name),
-            Spelling::Setting => format!("-O {}={value}", self.name),
-        }
-    }
 }
 
 impl Kind {

@@ -24,7 +24,8 @@ pub fn check(content: &Content<'_>, source: &Source<'_>, max_issues: usize, out:
     let view = &content.view;
     match content.meta {
         Some(meta) => check_inputs(meta, source.inputs, out),
-        None => out.skip("Whether the input files are those that the file was built from: there is no META."),
+        None => out
+            .skip("Whether the input files are those that the file was built from: META is missing or cannot be read."),
     }
     let (trees, meshes) = (view.blases.len(), source.meshes.len());
     if trees != meshes {
@@ -33,6 +34,8 @@ pub fn check(content: &Content<'_>, source: &Source<'_>, max_issues: usize, out:
             (format!("the source has {meshes} meshes"), format!("the file has {trees} trees"))
         });
         out.skip("The triangles against the source: meshes and trees cannot be paired.");
+    } else if !view.geoms.is_sorted_by_key(|row| row.blas) {
+        out.skip("The triangles against the source: the rows of GEOM are not in the order of their trees.");
     } else {
         let parts = exec.map_range(meshes, |tree| {
             let mut part = Report::new(max_issues);
@@ -103,17 +106,21 @@ fn check_mesh(content: &Content<'_>, tree: usize, mesh: &Mesh, out: &mut Report)
     rows.iter().zip(low..).zip(&mesh.parts).for_each(|((_, geom), part)| check_origin(content, geom, part, out));
 
     // Find each of the tree's triangles in the mesh.
-    let Some(records) = view.blas(tree) else { return };
+    let Some(records) = view.blas(tree) else {
+        out.skip(format!("The triangles of tree {tree} against the source: its row of BLAS leads out of the records."));
+        return;
+    };
     let start = view.blases[tree].ref_offset;
     let Some(mut seen) = Bits::new(mesh.triangles.len() as u64) else {
-        out.skip(format!("The triangles of tree {tree} against the source: there is not enough memory."));
+        let place = Place::record(SectionKind::BLAS, tree as u64);
+        out.starve(place, &format!("The triangles of tree {tree} against the source"));
         return;
     };
     for (slot, triangle) in records.triangles.iter().enumerate() {
         let index = start + slot as u64;
         let place = Place { tree: Some((tree as u32, slot as u64)), ..Place::record(SectionKind::TRIS, index) };
         let part = (triangle.geom as usize).checked_sub(low);
-        match part.and_then(|part| find(mesh, part, triangle.prim)) {
+        match part.and_then(|part| mesh.triangle_of(part, triangle.prim)) {
             None => out.add(&rules::E0602, place, || {
                 ("no such triangle".into(), format!("has prim {} of part {}", triangle.prim, triangle.geom))
             }),
@@ -164,18 +171,6 @@ fn check_origin(content: &Content<'_>, geom: usize, part: &Part, out: &mut Repor
             (format!("the source has it {}", is_mirrored(expected)), format!("the file has it {}", is_mirrored(stated)))
         });
     }
-}
-
-/// The mesh's triangle with source number `prim` in this part. Within a part source numbers ascend.
-fn find(mesh: &Mesh, part: usize, prim: u32) -> Option<usize> {
-    let part = mesh.parts.get(part)?;
-    let (first, count) = (part.first_triangle as usize, part.triangle_count as usize);
-    if mesh.source_prims.is_empty() {
-        let i = prim as usize;
-        return (first <= i && i < first + count).then_some(i);
-    }
-    let numbers = mesh.source_prims.get(first..first.checked_add(count)?)?;
-    numbers.binary_search(&prim).ok().map(|i| first + i)
 }
 
 fn check_instances(view: &View<'_>, instances: Option<&[Instance]>, out: &mut Report) {

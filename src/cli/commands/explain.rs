@@ -2,6 +2,7 @@
 
 use crate::cache::rules;
 use crate::cli::Context;
+use crate::cli::advice;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
@@ -34,7 +35,7 @@ struct RuleObject<'a> {
     headline: &'a str,
     meaning: &'a str,
     cause: &'a str,
-    remedy: &'a str,
+    remedy: &'static str,
     specification: String,
     vector: String,
 }
@@ -50,10 +51,28 @@ pub fn run(args: &ExplainArgs, context: &Context) -> Result<Exit, Failure> {
         let line = |r: &&rules::Rule| format!("{}  {:<26} {}\n", r.id, r.name, r.headline);
         context.terminal.print(&chosen.iter().map(line).collect::<String>())?;
     } else {
-        let texts: Vec<String> = chosen.iter().map(|r| r.explain()).collect();
+        let texts: Vec<String> = chosen.into_iter().map(text).collect();
         context.terminal.print(&texts.join("\n"))?;
     }
     Ok(Exit::Success)
+}
+
+fn text(rule: &rules::Rule) -> String {
+    let severity = match rule.severity() {
+        rules::Severity::Error => "error",
+        rules::Severity::Warning => "warning",
+    };
+    format!(
+        "{} {} ({severity})\n{}.\n\nwhat it means\n  {}\nhow it happens\n  {}\nwhat to do\n  {}\n\nspecification  format-spec/SPEC.md#{}\nexample file   {}\n",
+        rule.id,
+        rule.name,
+        rule.headline,
+        rule.meaning,
+        rule.cause,
+        advice::for_rule(rule.remedy),
+        rule.spec,
+        rule.vector()
+    )
 }
 
 fn object(rule: &rules::Rule) -> RuleObject<'_> {
@@ -64,7 +83,7 @@ fn object(rule: &rules::Rule) -> RuleObject<'_> {
         headline: rule.headline,
         meaning: rule.meaning,
         cause: rule.cause,
-        remedy: rule.remedy,
+        remedy: advice::for_rule(rule.remedy),
         specification: format!("format-spec/SPEC.md#{}", rule.spec),
         vector: rule.vector(),
     }

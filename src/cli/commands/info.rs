@@ -1,6 +1,7 @@
 //! `bvhc info`: the facts of a file's header, in one small read.
 
 use crate::cli::Context;
+use crate::cli::advice;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
@@ -124,7 +125,7 @@ fn text(info: &FileInfo) -> String {
         lines(&mut rows, "input", inputs.map(|i| format!("{}  {}  {}", i.name, figures::bytes(i.len), i.blake3)));
         let dropped = meta.read_counts.iter().filter(|c| c.count > 0);
         lines(&mut rows, "read", dropped.map(|c| format!("{} {}", figures::count(c.count), c.name.replace('_', " "))));
-        lines(&mut rows, "note", meta.notes.iter().cloned());
+        lines(&mut rows, "note", meta.notes.iter().map(|note| advice::note(note)));
     }
     rows.iter().map(|(label, value)| format!("{label:<9} {}\n", names::escape(value))).collect()
 }

@@ -1,6 +1,7 @@
 //! `bvhc stats`: what the trees of a file are like.
 
 use crate::cli::Context;
+use crate::cli::advice;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
@@ -189,7 +190,7 @@ fn notes(reports: &[FileReport], paths: &[PathBuf]) -> String {
     let mut text = String::new();
     for (report, heading) in reports.iter().zip(headings).filter(|(report, _)| !report.notes.is_empty()) {
         text.push_str(&format!("\n{heading}\n"));
-        report.notes.iter().for_each(|note| text.push_str(&format!("  {}\n", names::escape(note))));
+        report.notes.iter().for_each(|note| text.push_str(&format!("  {}\n", names::escape(&advice::note(note)))));
     }
     text
 }

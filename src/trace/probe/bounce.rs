@@ -21,9 +21,10 @@ pub(super) struct Struck {
     normal: [f64; 3],
 }
 
-/// What the ray hits first, if that has a normal.
+/// What the ray hits first, if that has a normal. Rays are made for trees that were built or checked: in any other, what is malformed is
+/// no surface to start from.
 pub(super) fn strike(view: &View<'_>, ray: &Ray) -> Option<Struck> {
-    let hit = closest_hit(view, ray)?;
+    let hit = closest_hit(view, ray).ok()??;
     let [a, b, c] = view.triangles[hit.triangle].corners().map(|p| p.map(f64::from));
     let n = cross(sub(b, a), sub(c, a));
     let d = ray.direction.map(f64::from);

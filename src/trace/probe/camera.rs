@@ -41,7 +41,7 @@ impl Camera {
         let walls = (0..6).filter(|i| {
             let mut direction = [0.0; 3];
             direction[i / 2] = if i % 2 == 0 { 1.0 } else { -1.0 };
-            any_hit(view, &Ray::new(middle, direction))
+            any_hit(view, &Ray::new(middle, direction)) == Ok(true)
         });
         if walls.count() < 5 {
             let diagonal = dot(extent, extent).sqrt();

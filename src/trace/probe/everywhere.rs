@@ -70,7 +70,10 @@ mod tests {
         assert!(rays.len() > 1400, "{}", rays.len());
         for ray in &rays[..rays.len() * 2 / 3] {
             assert!(ray.origin.iter().all(|c| c.abs() <= 1.0) && ray.t_max.is_finite(), "{ray:?}");
-            assert_eq!(closest_hit(&draft.view(), &ray.until(f32::INFINITY)).map(|hit| hit.t), Some(ray.t_max));
+            assert_eq!(
+                closest_hit(&draft.view(), &ray.until(f32::INFINITY)).unwrap().map(|hit| hit.t),
+                Some(ray.t_max)
+            );
         }
         let other = BuildOptions { method: Method::Agglomerative, max_leaf: 1, ..BuildOptions::preset(Preset::Draft) };
         assert_eq!(rays, everywhere(&cube(&other).view(), 500, &Executor::new(3).unwrap()));

@@ -105,8 +105,8 @@ impl ProbeRays {
     /// Trace a set on this thread and say how many rays hit something: for a clock around it.
     pub fn trace(&self, set: usize, view: &View<'_>) -> usize {
         match set {
-            2 => self.sets[2].iter().filter(|ray| any_hit(view, ray)).count(),
-            _ => self.sets[set].iter().filter(|ray| closest_hit(view, ray).is_some()).count(),
+            2 => self.sets[2].iter().filter(|ray| any_hit(view, ray) == Ok(true)).count(),
+            _ => self.sets[set].iter().filter(|ray| matches!(closest_hit(view, ray), Ok(Some(_)))).count(),
         }
     }
 }

@@ -2,8 +2,8 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::report::Place;
-use super::rules::Rule;
+use super::report::{Place, Report};
+use super::rules::{self, Rule, Severity};
 
 /// Why a cache could not be read, written or converted.
 #[derive(Debug)]
@@ -40,9 +40,7 @@ pub enum CacheError {
     Limit {
         /// The file.
         name: String,
-        /// The limit and what would be needed.
-        detail: String,
-        /// Which limit it is, so that a program can say how to raise it.
+        /// Which limit it is, and by how much it is exceeded.
         limit: Limited,
     },
     /// What was given to the writer cannot stand in a file. A fault of the program that called it.
@@ -55,13 +53,42 @@ pub enum CacheError {
 }
 
 /// The limits that a file can exceed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limited {
-    /// Bytes of memory: [`OpenOptions::max_memory`](super::OpenOptions::max_memory).
-    Memory,
+    /// [`OpenOptions::max_memory`](super::OpenOptions::max_memory).
+    Memory {
+        /// Bytes that the file's sections take.
+        needed: u128,
+        /// Bytes that they may take.
+        limit: u64,
+    },
+    /// The memory that the machine has.
+    Machine {
+        /// What was not looked into for want of it, as a sentence.
+        left_out: String,
+    },
     /// What the format can hold.
-    Format,
+    Format {
+        /// Of what there is too much.
+        what: &'static str,
+        /// Bytes that it has.
+        found: usize,
+        /// Bytes that it may have.
+        most: usize,
+    },
+}
+
+impl fmt::Display for Limited {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Limited::Memory { needed, limit } => {
+                write!(f, "its sections take {needed} bytes of memory and the limit is {limit} bytes")
+            }
+            Limited::Machine { left_out } => write!(f, "part of it is not checked: {left_out}"),
+            Limited::Format { what, found, most } => write!(f, "{what} has {found} bytes and may have {most}"),
+        }
+    }
 }
 
 /// The classes of [`CacheError`] that exit codes distinguish.
@@ -87,7 +114,7 @@ impl fmt::Display for CacheError {
             CacheError::Invalid { name, rule, detail } | CacheError::Unsupported { name, rule, detail } => {
                 write!(f, "cannot read {name}: {detail} ({rule})")
             }
-            CacheError::Limit { name, detail, .. } => write!(f, "cannot process {name}: {detail}"),
+            CacheError::Limit { name, limit } => write!(f, "cannot process {name}: {limit}"),
             CacheError::Unwritable { name, detail } => write!(f, "cannot write {name}: {detail}"),
         }
     }
@@ -149,7 +176,14 @@ pub enum FaultClass {
     /// The file may be sound, for a later version or another build of this library.
     Unsupported,
     /// The file may be sound, but decoding it would exceed [`OpenOptions::max_memory`](super::OpenOptions::max_memory).
-    MemoryLimit,
+    MemoryLimit {
+        /// Bytes that the file's sections take.
+        needed: u128,
+        /// Bytes that they may take.
+        limit: u64,
+    },
+    /// The file may be sound, but part of it, which the detail names, was not looked into: the machine has not got the memory.
+    NotChecked,
 }
 
 /// Without the file's name: for what does not keep it from being used.
@@ -178,10 +212,26 @@ impl Fault {
         Fault { rule: rule.id, detail, class }
     }
 
+    /// What a report comes to for somebody who wants the file or nothing: the first error, or else the first part that was not looked into.
+    ///
+    /// # Errors
+    /// Unless everything was looked into and no rule with the severity of an error is broken.
+    pub fn of_report(report: &Report) -> Result<(), Fault> {
+        let errors = || report.findings.iter().filter(|f| f.rule.severity() == Severity::Error);
+        if let Some(f) = errors().find(|f| f.rule != &rules::E0127) {
+            return Err(Fault::invalid(f.rule.id, format!("{}: {}", f.place, f.detail)));
+        }
+        let class = FaultClass::NotChecked;
+        if let Some(why) = report.not_checked.first() {
+            return Err(Fault { rule: rules::E0127.id, detail: why.clone(), class });
+        }
+        errors().next().map_or(Ok(()), |f| Err(Fault { rule: f.rule.id, detail: f.detail.clone(), class }))
+    }
+
     /// Decoded sections would take `needed` bytes, more than `limit`: rule E0127.
     pub fn memory(needed: u128, limit: u64) -> Fault {
-        let detail = format!("its sections take {needed} bytes of memory and the limit is {limit} bytes");
-        Fault { rule: "E0127", detail, class: FaultClass::MemoryLimit }
+        let detail = Limited::Memory { needed, limit }.to_string();
+        Fault { rule: "E0127", detail, class: FaultClass::MemoryLimit { needed, limit } }
     }
 
     /// The error of the file called `name`.
@@ -190,7 +240,50 @@ impl Fault {
         match self.class {
             FaultClass::Invalid => CacheError::Invalid { name, rule, detail },
             FaultClass::Unsupported => CacheError::Unsupported { name, rule, detail },
-            FaultClass::MemoryLimit => CacheError::Limit { name, detail, limit: Limited::Memory },
+            FaultClass::MemoryLimit { needed, limit } => {
+                CacheError::Limit { name, limit: Limited::Memory { needed, limit } }
+            }
+            FaultClass::NotChecked => CacheError::Limit { name, limit: Limited::Machine { left_out: detail } },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_not_checked_is_not_sound() {
+        let verdict = |fill: &dyn Fn(&mut Report)| {
+            let mut report = Report::new(1);
+            fill(&mut report);
+            Fault::of_report(&report).map_err(|fault| fault.of("a.bvhc"))
+        };
+        assert!(verdict(&|_| ()).is_ok());
+        let warn = |r: &mut Report| r.add(&rules::W0401, Place::file(), || ("0".into(), "-0".into()));
+        assert!(verdict(&warn).is_ok());
+
+        // The file may be sound, so it is not called invalid.
+        let left_out =
+            [verdict(&|r| r.skip("The rest.")), verdict(&|r| r.starve(Place::file(), "The vertices of tree 3"))];
+        for error in left_out.map(Result::unwrap_err) {
+            assert!(matches!(error, CacheError::Limit { limit: Limited::Machine { .. }, .. }), "{error:?}");
+            assert!(error.to_string().contains("not checked: The "), "{error}");
+        }
+
+        // A rule that is broken all the same says more.
+        let both = verdict(&|r| {
+            r.starve(Place::file(), "The shape of tree 0");
+            r.add(&rules::E0412, Place::file(), || ("finite".into(), "it is not".into()));
+        });
+        assert_eq!(both.unwrap_err().rule(), Some("E0412"));
+    }
+
+    #[test]
+    fn a_report_without_memory_counts_it_as_an_error() {
+        let mut report = Report::new(1);
+        report.starve(Place::file(), "The vertices of tree 3");
+        assert!(!report.is_valid());
+        assert_eq!((report.count(&rules::E0127), report.not_checked.len()), (1, 1));
     }
 }

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use super::container::{self, Container};
+use super::decode::unpack;
 use super::error::{CacheError, Fault};
-use super::reader::{self, FileBytes, OpenOptions};
+use super::file_bytes::FileBytes;
+use super::options::OpenOptions;
 use super::{MAX_META_LEN, Meta};
 use crate::exec::Executor;
 use crate::layout::{Header, SectionEntry, SectionKind};
@@ -36,7 +38,7 @@ impl Head {
     fn parse(file: &[u8]) -> Result<Head, Fault> {
         let container = Container::parse(file)?;
         container.check_head()?;
-        let meta = container.find(SectionKind::META, 0);
+        let meta = container.find(SectionKind::META);
         let Container { header, entries, .. } = container;
         let (meta, meta_error) = match meta.and_then(|i| entries.get(i)) {
             Some(entry) => match read_meta(file, entry)? {
@@ -67,7 +69,7 @@ fn decode(stored: &[u8], entry: &SectionEntry) -> Result<Meta, Fault> {
     match (entry.codec, usize::try_from(entry.raw_len)) {
         (SectionEntry::RAW, _) => Meta::decode(stored),
         (_, Ok(raw_len)) if raw_len <= MAX_META_LEN => {
-            Meta::decode(reader::unpack(entry, stored, raw_len, &Executor::sequential())?.as_slice())
+            Meta::decode(unpack(entry, stored, raw_len, &Executor::sequential())?.as_slice())
         }
         _ => Err(Fault::invalid("E0206", format!("META may have {MAX_META_LEN} bytes and has {}", entry.raw_len))),
     }

@@ -4,6 +4,8 @@
 //! bincode 2.0.1 in its `legacy` configuration writes fixed-width little-endian integers, u64 lengths and no padding.
 
 use super::error::Fault;
+#[cfg(feature = "meta")]
+use super::error::Limited;
 use super::keys::{InputHash, Recipe};
 #[cfg(feature = "meta")]
 use crate::layout::MAX_STRING_LEN;
@@ -76,20 +78,19 @@ impl Meta {
     /// The section's bytes.
     ///
     /// # Errors
-    /// Where a limit is exceeded; the text says which.
+    /// Where a limit is exceeded.
     #[cfg(feature = "meta")]
-    pub fn encode(&self) -> Result<Vec<u8>, String> {
+    pub fn encode(&self) -> Result<Vec<u8>, Limited> {
         if let Some(long) = self.strings().find(|s| s.len() > MAX_STRING_LEN) {
-            return Err(format!("a string of META has {} bytes and may have {MAX_STRING_LEN}", long.len()));
+            return Err(Limited::Format { what: "a string of META", found: long.len(), most: MAX_STRING_LEN });
         }
         let dependencies: Vec<_> = self.dependencies.iter().map(|d| (d.role, &d.name, d.len, d.blake3)).collect();
         let Meta { tool, tool_version, method, builder_revision, options, read_counts, notes, .. } = self;
         let layout = (tool, tool_version, method, builder_revision, options, dependencies, read_counts, notes);
-        let bytes = bincode::encode_to_vec(layout, encoding()).map_err(|e| format!("META cannot be encoded: {e}"))?;
-        if bytes.len() > MAX_META_LEN {
-            return Err(format!("META has {} bytes and may have {MAX_META_LEN}", bytes.len()));
-        }
-        Ok(bytes)
+        let too_large = |found| Limited::Format { what: "META", found, most: MAX_META_LEN };
+        // Into a vector the encoder refuses nothing but what cannot be held.
+        let bytes = bincode::encode_to_vec(layout, encoding()).map_err(|_| too_large(usize::MAX))?;
+        if bytes.len() > MAX_META_LEN { Err(too_large(bytes.len())) } else { Ok(bytes) }
     }
 
     /// Read the one valid encoding: bytes that decode but would be written otherwise are refused.
@@ -111,7 +112,7 @@ impl Meta {
         match meta.encode() {
             Ok(again) if again == bytes => Ok(meta),
             Ok(_) => Err(fault("META must be in its one encoding and is in another".into())),
-            Err(detail) => Err(fault(detail)),
+            Err(limited) => Err(fault(limited.to_string())),
         }
     }
 

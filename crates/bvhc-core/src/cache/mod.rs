@@ -5,16 +5,21 @@
 mod aligned;
 pub mod check;
 mod container;
+mod decode;
 mod error;
+mod file_bytes;
 mod head;
 pub mod keys;
 mod meta;
+mod open;
+mod options;
 mod origin;
 #[cfg(feature = "zstd")]
 mod pack;
 mod reader;
 mod report;
 pub mod rules;
+mod sound;
 
 pub use crate::layout::{
     BlasRecord, BlasView, GeomRecord, Header, InstanceRecord, KINDS, KNOWN_REQUIRED_FEATURES, KindRule, MAGIC, MAJOR,
@@ -22,9 +27,11 @@ pub use crate::layout::{
     TriangleRecord, View, clip_name, minor_of, section_flags, side_flags, tree_flags,
 };
 pub use error::{CacheError, ErrorKind, Limited};
+pub use file_bytes::FileBytes;
 pub use head::Head;
 pub use meta::{Dependency, MAX_META_LEN, Meta};
-pub use reader::{Cache, FileBytes, OpenOptions, Opened, Validation};
+pub use options::{OpenOptions, Validation};
+pub use reader::{Cache, Opened};
 
 /// What writers of files share with the reader. Not part of the stable interface.
 #[doc(hidden)]

@@ -4,7 +4,7 @@ use std::fmt;
 #[cfg(feature = "serde")]
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
-use super::rules::{Rule, Severity};
+use super::rules::{self, Rule, Severity};
 use crate::layout::SectionKind;
 
 /// Where something was found.
@@ -187,6 +187,14 @@ impl Report {
         } else {
             self.also_not_checked += 1;
         }
+    }
+
+    /// Say that something is not looked into because the machine has not got the memory: an error, since nobody knows whether it is sound.
+    ///
+    /// `what` begins a sentence, such as `The vertices of tree 3`.
+    pub fn starve(&mut self, place: Place, what: &str) {
+        self.add(&rules::E0127, place, || ("the memory that is free".into(), "the check takes more".into()));
+        self.skip(format!("{what}: there is not enough memory."));
     }
 
     /// Say how many parts were only counted. For the end of a check.

@@ -9,7 +9,7 @@ mod view;
 
 pub use header::{Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MAX_SECTIONS, MIN_MINOR, MINOR};
 pub use names::{MAX_STRING_LEN, Names, clip, clip_name, encode_names};
-pub use node::{MAX_DEPTH, Node, max_depth};
+pub use node::{MAX_DEPTH, MAX_LEAF, Node, max_depth};
 pub use records::{
     BlasRecord, GeomRecord, InstanceRecord, NO_NODE, TriangleRecord, orientation, side_flags, tree_flags,
 };

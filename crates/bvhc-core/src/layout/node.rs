@@ -3,6 +3,9 @@ use crate::geom::Aabb;
 /// No leaf lies deeper than this (the root has depth 0), so a traversal that pushes one far child a level needs 64 slots.
 pub const MAX_DEPTH: u32 = 64;
 
+/// No leaf has more references than this, so that a count fits 8 bits.
+pub const MAX_LEAF: u32 = 255;
+
 /// One node of the file's `NODE` and `TNOD` sections: 32 bytes, two siblings a cache line.
 ///
 /// `count == 0`: an inner node with children `first` and `first + 1`. Otherwise a leaf with references `first .. first + count`.

@@ -1,6 +1,6 @@
 //! Asking an open file directly.
 
-use super::{Hit, Malformed, NoObserver, try_any_hit, try_closest_hit};
+use super::{Hit, Malformed, any_hit, closest_hit};
 use crate::cache::Opened;
 use crate::exec::Executor;
 use crate::geom::vector::{cross, sub};
@@ -21,7 +21,7 @@ impl View<'_> {
         let count = rays.len().min(hits.len());
         let chunks = exec.map_chunks_mut(&mut hits[..count], CHUNK, |chunk, some| {
             some.iter_mut().zip(&rays[chunk * CHUNK..]).try_for_each(|(hit, ray)| {
-                *hit = try_closest_hit(self, ray, &mut NoObserver)?;
+                *hit = closest_hit(self, ray)?;
                 Ok(())
             })
         });
@@ -58,7 +58,7 @@ impl Opened<'_> {
     /// # Errors
     /// Where the tree is malformed, which only a file opened below [`Validation::Tree`](crate::cache::Validation::Tree) can be.
     pub fn closest_hit(&self, ray: &Ray) -> Result<Option<Hit>, Malformed> {
-        try_closest_hit(&self.view(), ray, &mut NoObserver)
+        closest_hit(&self.view(), ray)
     }
 
     /// Whether the ray meets anything; see [`any_hit`](super::any_hit).
@@ -66,7 +66,7 @@ impl Opened<'_> {
     /// # Errors
     /// As [`Opened::closest_hit`].
     pub fn any_hit(&self, ray: &Ray) -> Result<bool, Malformed> {
-        try_any_hit(&self.view(), ray, &mut NoObserver)
+        any_hit(&self.view(), ray)
     }
 
     /// The nearest hit of each of many rays, on all threads; see [`View::closest_hits`].

@@ -47,9 +47,14 @@ pub enum Malformed {
         /// The tree that it names.
         blas: u32,
     },
+    /// A row of `BLAS` names records outside of its sections.
+    TreeOutOfRange {
+        /// Number of the row.
+        tree: usize,
+    },
     /// The tree is deeper than [`MAX_DEPTH`](crate::layout::MAX_DEPTH).
     TooDeep,
-    /// More inner nodes were entered than there are, so some have two parents.
+    /// More inner nodes were entered than there are, so some have two parents; or leaves overlap.
     NotATree {
         /// Records of the tree.
         nodes: usize,
@@ -71,6 +76,7 @@ impl std::fmt::Display for Malformed {
                 f,
                 "instance record {instance} names BLAS {blas}, which is not there or lies outside its sections"
             ),
+            Malformed::TreeOutOfRange { tree } => write!(f, "row {tree} of BLAS names records outside of its sections"),
             Malformed::TooDeep => write!(f, "the tree is deeper than {}", crate::layout::MAX_DEPTH),
             Malformed::NotATree { nodes } => {
                 write!(f, "more inner nodes were entered than there are ({nodes} records), so some have two parents")

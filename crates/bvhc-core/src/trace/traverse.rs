@@ -1,5 +1,6 @@
 //! Closest hit and any hit over a [`View`].
 
+use super::bounds::Bounds;
 use super::hit::{Best, Hit, Malformed};
 use super::intersect::EdgeRay;
 use super::observe::{Fault, NoObserver, Observer, makes};
@@ -12,33 +13,42 @@ use crate::layout::{MAX_DEPTH, Node};
 /// The nearest point where the ray meets the scene with `t_min <= t <= t_max`, both sides of a triangle alike.
 ///
 /// Among hits of equal distance the one of smallest (instance, geometry, primitive) wins, whatever the tree. A ray with a NaN, infinite
-/// or zero direction, or a NaN anywhere, meets nothing, and distances beyond 2¹²⁶ do not count. On a malformed tree (see
-/// [`Malformed`]; no file whose topology was checked has one) the answer is `None`: [`try_closest_hit`] tells the two apart.
-pub fn closest_hit(view: &View<'_>, ray: &Ray) -> Option<Hit> {
-    try_closest_hit(view, ray, &mut NoObserver).unwrap_or(None)
+/// or zero direction, or a NaN anywhere, meets nothing, and distances beyond 2¹²⁶ do not count.
+///
+/// # Errors
+/// Where the walk comes upon records that are no tree, which a miss must not be taken for. A file that was opened at
+/// [`Validation::Tree`](crate::cache::Validation::Tree) has none such, nor has what was built.
+pub fn closest_hit(view: &View<'_>, ray: &Ray) -> Result<Option<Hit>, Malformed> {
+    try_closest_hit(view, ray, &mut NoObserver)
 }
 
 /// Whether the ray meets anything with `t_min <= t <= t_max`: the question of a shadow ray, which ends at the first triangle
-/// found. On a malformed tree the answer is `false`.
-pub fn any_hit(view: &View<'_>, ray: &Ray) -> bool {
-    try_any_hit(view, ray, &mut NoObserver).unwrap_or(false)
+/// found.
+///
+/// # Errors
+/// As [`closest_hit`].
+pub fn any_hit(view: &View<'_>, ray: &Ray) -> Result<bool, Malformed> {
+    try_any_hit(view, ray, &mut NoObserver)
 }
 
-/// [`closest_hit`] with an error for a malformed tree and with an observer that counts.
+/// [`closest_hit`] with an observer that counts.
+///
+/// # Errors
+/// As [`closest_hit`].
 pub fn try_closest_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<Option<Hit>, Malformed> {
     trace::<false, EdgeRay, Conservative, _>(view, ray, observer)
 }
 
-/// [`any_hit`] with an error for a malformed tree and with an observer that counts.
+/// [`any_hit`] with an observer that counts.
+///
+/// # Errors
+/// As [`closest_hit`].
 pub fn try_any_hit(view: &View<'_>, ray: &Ray, observer: &mut impl Observer) -> Result<bool, Malformed> {
     Ok(trace::<true, EdgeRay, Conservative, _>(view, ray, observer)?.is_some())
 }
 
 /// 2¹²⁶. Beyond, a ray parallel to a slab could not be told from one that reaches it late.
 pub const FARTHEST: f32 = f32::from_bits((127 + 126) << 23);
-
-/// Most references that a leaf may have by the file's rules.
-const MAX_LEAF: u32 = 255;
 
 /// Closest hit, or with `ANY` the first one found, by the triangle test `T` and the box test under rule `R`.
 pub fn trace<const ANY: bool, T: TriangleTest, R: Rule, O: Observer>(
@@ -187,8 +197,7 @@ impl Stack {
 
 /// Visit the leaves that the ray meets, near child first, until `leaf` says that it is enough.
 ///
-/// `leaf` gets the number of its first item and its items. The walk ends on every input: a tree enters each pair of siblings at most
-/// once, so more entries than pairs betray a record with two parents or a cycle, and more items than there are, leaves that overlap.
+/// `leaf` gets the number of its first item and its items. The walk ends on every input: see [`Bounds`].
 #[inline(always)]
 fn walk<T, R: Rule, O: Observer>(
     nodes: &[Node],
@@ -208,18 +217,12 @@ fn walk<T, R: Rule, O: Observer>(
     let (mut reach, mut farthest) = (slabs.reach(best.limit), R::widened(best.limit));
     let (mut first, mut count) = (root.first, root.count);
     let mut depth = 0;
-    let (mut pairs_left, mut items_left) = (nodes.len() / 2, items.len());
+    let mut bounds = Bounds::new(nodes, items);
     loop {
         if count == 0 {
             // Enter an inner node: test both children, go on with the nearer and put the other off.
             observer.inner_node();
-            let Some(pair) = nodes.get(first as usize..).and_then(|n| n.first_chunk::<2>()) else {
-                return child_out_of_range(first, nodes.len());
-            };
-            if pairs_left == 0 {
-                return not_a_tree(nodes.len());
-            }
-            pairs_left -= 1;
+            let pair = bounds.enter(first)?;
             let (mut near, hits) = slabs.pair(pair, reach);
             if makes(observer, Fault::Order) {
                 near.swap(0, 1);
@@ -251,14 +254,7 @@ fn walk<T, R: Rule, O: Observer>(
                 continue;
             }
         } else {
-            let slots = items.get(first as usize..).and_then(|i| i.get(..count as usize));
-            let Some(slots) = slots.filter(|_| count <= MAX_LEAF) else {
-                return leaf_out_of_range(first, count, items.len());
-            };
-            if slots.len() > items_left {
-                return not_a_tree(nodes.len());
-            }
-            items_left -= slots.len();
+            let slots = bounds.leaf(first, count)?;
             if leaf(first as usize, slots, best, observer)? {
                 return Ok(true);
             }
@@ -274,9 +270,7 @@ fn walk<T, R: Rule, O: Observer>(
             let pending = stack.entries[depth % STACK];
             observer.resume(pending.node, pending.near, !(pending.near <= farthest));
             if pending.near <= farthest {
-                let Some(node) = nodes.get(pending.node as usize) else {
-                    return child_out_of_range(pending.node, nodes.len());
-                };
+                let node = bounds.node(pending.node)?;
                 (first, count) = (node.first, node.count);
                 break;
             }
@@ -302,21 +296,6 @@ fn slabs_for<R: Rule, O: Observer>(
 #[inline(always)]
 fn keep_branch() {
     std::sync::atomic::compiler_fence(std::sync::atomic::Ordering::SeqCst);
-}
-
-#[cold]
-fn child_out_of_range(first: u32, nodes: usize) -> Result<bool, Malformed> {
-    Err(Malformed::ChildOutOfRange { first, nodes })
-}
-
-#[cold]
-fn leaf_out_of_range(first: u32, count: u32, refs: usize) -> Result<bool, Malformed> {
-    Err(Malformed::LeafOutOfRange { first, count, refs })
-}
-
-#[cold]
-fn not_a_tree(nodes: usize) -> Result<bool, Malformed> {
-    Err(Malformed::NotATree { nodes })
 }
 
 #[cold]

@@ -1,5 +1,6 @@
 //! A walk over the nodes of one tree, for queries that are no rays: boxes, spheres, nearest points.
 
+use super::bounds::Bounds;
 use super::hit::Malformed;
 use crate::layout::{BlasView, MAX_DEPTH, Node, TriangleRecord, View};
 
@@ -32,7 +33,8 @@ impl<'a> BlasView<'a> {
     /// Walk the tree from its root, a parent before its children and the first child before the second. `see` decides after each node how
     /// the walk goes on.
     ///
-    /// Returns whether `see` stopped the walk. An empty tree has no node to visit. Memory is constant and the walk ends on every input.
+    /// Returns whether `see` stopped the walk. An empty tree has no node to visit. Memory is constant and the walk ends on every input, by
+    /// the bounds that hold for rays: each pair of children is entered once, each triangle seen once, and `depth` is at most 64.
     ///
     /// ```
     /// use bvhc_core::layout::View;
@@ -41,11 +43,12 @@ impl<'a> BlasView<'a> {
     /// /// How many triangles lie in leaves that a box meets.
     /// fn near(view: &View<'_>, query: &bvhc_core::geom::Aabb) -> Result<usize, bvhc_core::trace::Malformed> {
     ///     let mut count = 0;
-    ///     let Some(tree) = view.blas(0) else { return Ok(0) };
-    ///     tree.visit(|at| {
-    ///         count += at.triangles.len();
-    ///         if at.node.bounds().overlaps(query) { Step::Descend } else { Step::Skip }
-    ///     })?;
+    ///     for tree in view.trees() {
+    ///         tree?.visit(|at| {
+    ///             count += at.triangles.len();
+    ///             if at.node.bounds().overlaps(query) { Step::Descend } else { Step::Skip }
+    ///         })?;
+    ///     }
     ///     Ok(count)
     /// }
     /// ```
@@ -57,31 +60,23 @@ impl<'a> BlasView<'a> {
             return Ok(false);
         }
         // A second child waits for each level that the walk is below the root.
-        let mut waiting = [(0usize, 0u32); MAX_DEPTH as usize + 1];
+        let mut waiting = [(0u32, 0u32); MAX_DEPTH as usize + 1];
+        let mut bounds = Bounds::new(self.nodes, self.triangles);
         let mut count = 0;
-        let (mut index, mut depth) = (0usize, 0u32);
-        let mut entered = 0usize;
+        let (mut index, mut node, mut depth) = (0u32, &self.nodes[0], 0u32);
         loop {
-            let node = &self.nodes[index];
-            let triangles = if node.is_leaf() { self.triangles_of(node)? } else { &[] };
-            match see(Visit { index, node, depth, triangles }) {
+            let triangles = if node.is_leaf() { bounds.leaf(node.first, node.count)? } else { &[] };
+            match see(Visit { index: index as usize, node, depth, triangles }) {
                 Step::Stop => return Ok(true),
                 Step::Descend if !node.is_leaf() => {
-                    let first = node.first as usize;
-                    if first.checked_add(1).is_none_or(|second| second >= self.nodes.len()) {
-                        return Err(Malformed::ChildOutOfRange { first: node.first, nodes: self.nodes.len() });
-                    }
+                    let pair = bounds.enter(node.first)?;
                     if depth >= MAX_DEPTH {
                         return Err(Malformed::TooDeep);
                     }
-                    entered += 1;
-                    if entered > self.nodes.len() {
-                        return Err(Malformed::NotATree { nodes: self.nodes.len() });
-                    }
                     depth += 1;
-                    waiting[count] = (first + 1, depth);
+                    waiting[count] = (node.first + 1, depth);
                     count += 1;
-                    index = first;
+                    (index, node) = (node.first, &pair[0]);
                     continue;
                 }
                 Step::Descend | Step::Skip => {}
@@ -91,30 +86,27 @@ impl<'a> BlasView<'a> {
             }
             count -= 1;
             (index, depth) = waiting[count];
+            node = bounds.node(index)?;
         }
-    }
-
-    /// The triangles of a leaf.
-    fn triangles_of(&self, leaf: &Node) -> Result<&'a [TriangleRecord], Malformed> {
-        let (first, count) = (leaf.first, leaf.count);
-        let range = (first as usize).checked_add(count as usize).map(|end| first as usize..end);
-        let found = range.and_then(|range| self.triangles.get(range));
-        found.ok_or(Malformed::LeafOutOfRange { first, count, refs: self.triangles.len() })
     }
 }
 
 impl<'a> View<'a> {
-    /// The trees over triangles, each with its number. With two levels each is in its mesh's own space, and instances place it: a query in
-    /// world space goes through the instances, and is moved by `world_to_object` for each.
-    pub fn trees(&self) -> impl Iterator<Item = (usize, BlasView<'a>)> {
+    /// The trees over triangles, in the order of their numbers: an error in the place of one whose row of `BLAS` leads out of the records,
+    /// which no file has that was opened at [`Validation::Tree`](crate::cache::Validation::Tree).
+    ///
+    /// With two levels each is in its mesh's own space, and instances place it: a query in world space goes through the instances, and is
+    /// moved by `world_to_object` for each.
+    pub fn trees(&self) -> impl Iterator<Item = Result<BlasView<'a>, Malformed>> {
         let view = *self;
-        (0..view.blases.len()).filter_map(move |i| Some((i, view.blas(i)?)))
+        (0..view.blases.len()).map(move |tree| view.blas(tree).ok_or(Malformed::TreeOutOfRange { tree }))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::layout::BlasRecord;
     use bytemuck::Zeroable;
 
     /// A root over two leaves of one triangle each.
@@ -157,7 +149,21 @@ mod tests {
         assert_eq!(broken(&|n| n[0].first = 3), Malformed::ChildOutOfRange { first: 3, nodes: 4 });
         assert_eq!(broken(&|n| n[0].first = u32::MAX), Malformed::ChildOutOfRange { first: u32::MAX, nodes: 4 });
         assert_eq!(broken(&|n| n[3].first = 2), Malformed::LeafOutOfRange { first: 2, count: 1, refs: 2 });
+        assert_eq!(broken(&|n| n[3].count = 256), Malformed::LeafOutOfRange { first: 1, count: 256, refs: 2 });
+        // Leaves that overlap would show a triangle several times.
+        assert_eq!(broken(&|n| (n[2].count, n[3].first) = (2, 0)), Malformed::NotATree { nodes: 4 });
         let loops = broken(&|n| n[2] = Node { count: 0, first: 2, ..n[2] });
         assert!(matches!(loops, Malformed::TooDeep | Malformed::NotATree { .. }), "{loops:?}");
+    }
+
+    #[test]
+    fn a_tree_that_leads_nowhere_is_told_in_its_place() {
+        let (nodes, triangles) = small();
+        let row = BlasRecord { node_count: 4, ref_count: 2, ..BlasRecord::zeroed() };
+        let blases = [row, BlasRecord { ref_offset: 1, ..row }, row];
+        let view =
+            View { nodes: &nodes, triangles: &triangles, geoms: &[], blases: &blases, tlas_nodes: &[], instances: &[] };
+        let found: Vec<_> = view.trees().map(|tree| tree.map(|tree| tree.triangles.len())).collect();
+        assert_eq!(found, [Ok(2), Err(Malformed::TreeOutOfRange { tree: 1 }), Ok(2)]);
     }
 }

@@ -68,7 +68,7 @@ impl Workshop<'_> {
         bar.phase("building", primitives);
         let mut accel = compile::compile_laid_out(laid, &self.build, &self.context.exec, &bar)
             .map_err(|e| caches::build_failure(&e))?;
-        let image = Image::new(&accel, &self.context.exec).map_err(|e| caches::failure(&e))?;
+        let image = Image::of_compiled(&accel, &self.context.exec).map_err(|e| caches::failure(&e))?;
         let notes = std::mem::take(&mut accel.notes);
         drop(accel);
         let build_time = start.elapsed() - read_time;

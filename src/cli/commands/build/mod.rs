@@ -188,7 +188,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
     if let Some(path) = args.depfile.path.as_ref().filter(|_| !args.force) {
         depfile::may_replace(path)?;
     }
-    let verdict = plan::examine(job, &workshop.recipe, workshop.codec, args.empty, &workshop.context.exec);
+    let verdict = plan::examine(job, &workshop.recipe, workshop.codec, args.empty, context);
     let name = names::path(&job.output);
     let reason = match verdict {
         Verdict::UpToDate { build_key, inputs } if !args.force => {

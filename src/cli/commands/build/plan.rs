@@ -4,10 +4,11 @@ use super::frames::Pattern;
 use super::{BuildArgs, Empty};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Freshness, SectionEntry};
+use crate::cli::Context;
+use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
-use crate::exec::Executor;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -190,8 +191,10 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 
 /// Compare an output with what building it now would give.
 ///
-/// Every byte of the output is read and hashed, as those of the inputs are: a damaged file is not up to date.
-pub fn examine(job: &Job, recipe: &Recipe, codec: Codec, empty: Empty, exec: &Executor) -> Verdict {
+/// Every byte of the output is read and hashed, as those of the inputs are, and everything in it is held against the rules: a damaged or
+/// forged file is not up to date.
+pub fn examine(job: &Job, recipe: &Recipe, codec: Codec, empty: Empty, context: &Context) -> Verdict {
+    let exec = &context.exec;
     let found = match &job.bytes {
         Some(bytes) => cache::freshness_of_bytes(&job.output, bytes, recipe, exec),
         None => cache::freshness(&job.output, &job.input, recipe, exec),
@@ -205,7 +208,7 @@ pub fn examine(job: &Job, recipe: &Recipe, codec: Codec, empty: Empty, exec: &Ex
             if let Some(reason) = codec_change(&head.sections, codec) {
                 return Verdict::Stale(reason.to_string());
             }
-            match cache::intact(&job.output, &head, exec) {
+            match cache::intact(&job.output, &head, &caches::options(context), exec) {
                 Ok(()) => Verdict::UpToDate { build_key: head.header.build_key, inputs },
                 Err(error) => Verdict::Stale(names::escape(&error.to_string().replace('\n', " "))),
             }

@@ -1,9 +1,9 @@
-use super::topology::{MAX_LEAF, TreePlace};
+use super::topology::TreePlace;
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::exec::Executor;
 use crate::geom::Aabb;
-use crate::layout::{GeomRecord, Node, SectionKind, TriangleRecord};
+use crate::layout::{GeomRecord, MAX_LEAF, Node, SectionKind, TriangleRecord};
 
 /// Nodes or triangles of one task. A constant: findings stand in the same order for any number of threads.
 const CHUNK: usize = 1 << 14;

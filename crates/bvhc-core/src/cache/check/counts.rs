@@ -1,12 +1,11 @@
 use std::ops::ControlFlow;
 
 use super::boxes::{bits, show};
-use super::topology::MAX_LEAF;
 use crate::cache::container::Sink;
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::geom::Aabb;
-use crate::layout::{BlasRecord, GeomRecord, Header, SectionKind, View, tree_flags};
+use crate::layout::{BlasRecord, GeomRecord, Header, MAX_LEAF, SectionKind, View, tree_flags};
 
 /// A tree's records, as far as its row in `BLAS` could be followed.
 #[derive(Clone, Copy)]

@@ -26,7 +26,16 @@ impl Decoded<'_> {
     }
 }
 
-/// Check every section's hashes and decode what is compressed. `None` for a section whose content is not to be had.
+/// What became of the sections.
+pub struct Sections<'a> {
+    /// For each entry of the table its decoded bytes; `None` where the content is not to be had.
+    pub decoded: Vec<Option<Decoded<'a>>>,
+    /// What the rows of BLAS contradict. They are asked here where something is compressed, and with the records once more: whoever does not
+    /// go on to those tells this.
+    pub rows: Report,
+}
+
+/// Check every section's hashes and decode what is compressed.
 ///
 /// `agree`: the counts of header and table agree. Where they or the rows of BLAS do not, no records are decoded.
 pub fn check<'a>(
@@ -36,7 +45,7 @@ pub fn check<'a>(
     limits: &Limits,
     out: &mut Report,
     exec: &Executor,
-) -> Vec<Option<Decoded<'a>>> {
+) -> Sections<'a> {
     // Hold what decoding would take against the limit before anything is allocated.
     let sections: Vec<_> = (0..container.entries.len()).map(|i| (i, container.stored(file, i))).collect();
     let packed =
@@ -44,7 +53,9 @@ pub fn check<'a>(
     let total: u128 = sections.iter().filter(packed).map(|(i, _)| u128::from(container.entries[*i].raw_len)).sum();
     let fits = total <= u128::from(limits.max_memory);
     if !fits {
-        out.add(&rules::E0127, Place::file(), || (limits.max_memory.to_string(), total.to_string()));
+        out.add(&rules::E0127, Place::file(), || {
+            (format!("{} bytes", limits.max_memory), format!("the sections decode to {total} bytes"))
+        });
         out.skip("The compressed sections: they are larger than the memory limit.");
     }
     let look = |i: usize, stored: Option<&'a [u8]>, may: May| {
@@ -54,13 +65,13 @@ pub fn check<'a>(
     };
 
     // The rows of BLAS come first: what they contradict is not worth decoding.
-    let blas = container.find(SectionKind::BLAS, 0);
+    let blas = container.find(SectionKind::BLAS);
     let mut first = blas.map(|i| look(i, container.stored(file, i), May::new(fits, agree)));
     let mut rows = Report::new(limits.max_issues);
     if total > 0
         && let Some((_, Some(decoded))) = &first
     {
-        let count = |kind| container.find(kind, 0).map_or(0, |i| container.entries[i].elem_count);
+        let count = |kind| container.find(kind).map_or(0, |i| container.entries[i].elem_count);
         // Bytes that start anywhere are looked at row by row.
         let blases: Vec<BlasRecord> =
             decoded.as_slice().chunks_exact(size_of::<BlasRecord>()).map(bytemuck::pod_read_unaligned).collect();
@@ -69,19 +80,15 @@ pub fn check<'a>(
     let may = May::new(fits, agree && rows.is_clean());
     let others = sections.into_iter().filter(|(i, _)| Some(*i) != blas).collect();
     let mut parts = exec.map(others, |_, (i, stored)| look(i, stored, may)).into_iter();
-    let mut all = Vec::with_capacity(container.entries.len());
+    let mut decoded = Vec::with_capacity(container.entries.len());
     for i in 0..container.entries.len() {
         let taken = if Some(i) == blas { first.take() } else { parts.next() };
-        all.push(taken.and_then(|(part, decoded)| {
+        decoded.push(taken.and_then(|(part, bytes)| {
             out.append(part);
-            decoded
+            bytes
         }));
     }
-    // Where the records are not decoded, nobody else will say why.
-    if may != May::Decode {
-        out.append(rows);
-    }
-    all
+    Sections { decoded, rows }
 }
 
 /// Whether compressed sections may be decoded.
@@ -102,6 +109,11 @@ impl May {
             (false, _) => May::Nothing,
         }
     }
+}
+
+/// Why a section is not to be had that was compressed so, if it is its own fault.
+pub fn check_packed(entry: &SectionEntry, stored: &[u8], out: &mut Report, exec: &Executor) {
+    _ = check_section(entry, stored, May::Decode, out, exec);
 }
 
 fn check_section<'a>(
@@ -126,6 +138,10 @@ fn check_section<'a>(
         }
         #[cfg(not(feature = "zstd"))]
         SectionEntry::ZSTD if may != May::Nothing => {
+            if entry.is(section_flags::CRITICAL) {
+                let known = "codec 0 (raw), since it was built without its feature `zstd`";
+                out.add(&rules::E0115, at, || (known.into(), "codec 1 (zstd)".into()));
+            }
             out.skip(format!("Section {}: bvhc-core was built without its feature `zstd`.", entry.kind));
             None
         }

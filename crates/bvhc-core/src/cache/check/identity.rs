@@ -14,7 +14,7 @@ pub fn check(nodes: &[Node], items: Items<'_>, tiled: bool, stated: u32, max_iss
     let (low, high) = items.geoms;
     let rows = items.prims.get(low as usize..high as usize).unwrap_or_default();
     let Some(numbering) = Numbering::new(rows, low, items.triangles, exec) else {
-        out.skip(format!("Whether the triangles of tree {} are there once: there is not enough memory.", items.tree));
+        starve(items.tree, "are there once", &mut out);
         return out;
     };
     if let Some(copies) = tiled.then(|| look_once(nodes, items, &numbering, stated)).flatten() {
@@ -76,7 +76,7 @@ fn look_closely(
     let mut seen = Bits::new(numbering.len);
     let mut again = Bits::new(numbering.len);
     let (Some(seen), Some(again)) = (&mut seen, &mut again) else {
-        out.skip(format!("Whether the triangles of tree {} are there once: there is not enough memory.", items.tree));
+        starve(items.tree, "are there once", &mut out);
         return out;
     };
     let (mut copies, mut complete) = (0usize, true);
@@ -125,15 +125,17 @@ fn look_closely(
     if items.split && copies > 0 && tiled {
         match list_copies(nodes, items, numbering, again, copies) {
             Some(copies) => out.append(check_copies(nodes, items, &copies, max_issues, exec)),
-            None => out.skip(format!(
-                "Whether the leaves of tree {} cover its triangles: there is not enough memory.",
-                items.tree
-            )),
+            None => starve(items.tree, "are covered by their leaves", &mut out),
         }
     } else if items.split && !tiled {
         out.skip(format!("Whether the leaves of tree {} cover its triangles: they do not tile them.", items.tree));
     }
     out
+}
+
+fn starve(tree: u32, question: &str, out: &mut Report) {
+    let place = Place::record(SectionKind::BLAS, tree.into());
+    out.starve(place, &format!("Whether the triangles of tree {tree} {question}"));
 }
 
 fn set(yes: bool) -> String {

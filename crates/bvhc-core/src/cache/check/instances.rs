@@ -10,11 +10,11 @@ use crate::layout::{InstanceRecord, SectionKind, View, orientation};
 pub fn check(view: &View<'_>, out: &mut Report) {
     let count = view.instances.len() as u64;
     let Some(mut ids) = Bits::new(count) else {
-        out.skip("Whether the instances have different numbers: there is not enough memory.");
+        out.starve(Place::section(SectionKind::INST), "Whether the instances have different numbers");
         return;
     };
     let Some(mut used) = Bits::new(view.blases.len() as u64) else {
-        out.skip("Whether every tree has an instance: there is not enough memory.");
+        out.starve(Place::section(SectionKind::BLAS), "Whether every tree has an instance");
         return;
     };
     for (i, instance) in view.instances.iter().enumerate() {

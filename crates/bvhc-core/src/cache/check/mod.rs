@@ -37,6 +37,7 @@ pub use super::container::hex;
 pub use super::report::{Finding, Place, Report};
 pub use content::check_records;
 pub(super) use counts::check_rows;
+pub(super) use hashes::check_packed;
 pub use identity::Bits;
 pub use sides::check as check_sides;
 pub use vertices::check as check_vertices;
@@ -44,11 +45,13 @@ pub use vertices::check as check_vertices;
 /// How deep to look. Each level includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// Header, section table, tiling and ids: rules `E01xx`.
+    /// Header, section table, tiling and both ids, and the counts that header and table both state: rules `E01xx`, E0203 and E0204, and E0302,
+    /// E0304 and E0305.
     Quick,
-    /// And the hashes of all sections, compressed ones before and after decoding: rules `E02xx`.
+    /// And the hashes of all sections, compressed ones before and after decoding: E0201, E0202 and E0205. Where something is compressed also
+    /// E0310, E0311 and E0410, since rows of `BLAS` that contradict the table are refused before anything is decoded.
     Hash,
-    /// And every record: counts, trees, boxes, triangles, instances. Rules `E03xx` to `E05xx`.
+    /// And every record, name and provenance: the rest of `E02xx`, and `E03xx` to `E05xx`.
     Tree,
     /// And whether the triangles are those of a model: rules `E06xx`.
     Source,
@@ -97,16 +100,27 @@ pub fn check_bytes(
 ) -> Report {
     let mut out = Report::new(limits.max_issues);
     let Some(container) = Container::collect(bytes, &mut out) else { return out };
+    let sound = out.is_valid();
     _ = container.check_content_id(&mut out);
     let before = out.errors();
     _ = container.check_counts(&mut out);
     let agree = out.errors() == before;
     if level >= Level::Hash {
-        let mut decoded = hashes::check(&container, bytes, agree, limits, &mut out, exec);
+        let mut sections = hashes::check(&container, bytes, agree, limits, &mut out, exec);
         if level >= Level::Tree {
-            align(&mut decoded, limits, &mut out);
-            let source = source.filter(|_| level >= Level::Source);
-            check_content(&container, &decoded, source, limits, &mut out, exec);
+            align(&mut sections.decoded, limits, &mut out);
+            let mut source = source.filter(|_| level >= Level::Source);
+            if source.is_some() && !sound {
+                // Header and table say what the sections are: where they are wrong, differences from the model mean nothing.
+                out.skip("The source: header and section table break rules, so what the sections hold is not certain.");
+                source = None;
+            }
+            let find = |i: usize| sections.decoded.get(i)?.as_ref().map(Decoded::as_slice);
+            if !check_content(&container, &find, source, limits, &mut out, exec) {
+                out.append(sections.rows);
+            }
+        } else {
+            out.append(sections.rows);
         }
     }
     locate(&mut out, &container);
@@ -129,22 +143,26 @@ fn align(decoded: &mut [Option<Decoded<'_>>], limits: &Limits, out: &mut Report)
             Decoded::Owned(copy)
         });
         if section.is_none() {
-            out.add(&rules::E0127, Place::file(), || (limits.max_memory.to_string(), "more, to align them".into()));
+            out.add(&rules::E0127, Place::file(), || {
+                (format!("{} bytes", limits.max_memory), "to align the sections takes more".into())
+            });
         }
     }
 }
 
-fn check_content(
+/// Check everything behind the container and the hashes. `bytes` has the decoded bytes of each section of the table that can be read.
+///
+/// Whether the records were there to be looked at.
+pub(super) fn check_content<'a>(
     container: &Container,
-    decoded: &[Option<Decoded<'_>>],
+    bytes: &dyn Fn(usize) -> Option<&'a [u8]>,
     source: Option<AgainstSource<'_>>,
     limits: &Limits,
     out: &mut Report,
     exec: &Executor,
-) {
+) -> bool {
     // Read what stands by itself first.
-    let find =
-        |kind| container.find(kind, 0).and_then(|i| Some((decoded[i].as_ref()?.as_slice(), &container.entries[i])));
+    let find = |kind| container.find(kind).and_then(|i| Some((bytes(i)?, &container.entries[i])));
     let meta = find(SectionKind::META).and_then(|(bytes, _)| provenance::check_meta(bytes, &container.header, out));
 
     // Records can only be judged together.
@@ -168,7 +186,7 @@ fn check_content(
     };
     if !missing.is_empty() {
         out.skip(format!("All records: {} cannot be read.", missing.join(", ")));
-        return;
+        return false;
     }
     out.append(check_records(&view, container.header.tree_flags, Some(&container.header), limits, exec));
     match find(SectionKind::NAMS) {
@@ -192,12 +210,13 @@ fn check_content(
     }
     if let Some(source) = source {
         // What is there and cannot be read has been said: it is compared with nothing.
-        let is_absent = |kind| container.find(kind, 0).is_none();
+        let is_absent = |kind| container.find(kind).is_none();
         let materials = materials.map(|(bytes, _)| bytes).or_else(|| is_absent(SectionKind::MATS).then_some(&[][..]));
         let sides = sides.or_else(|| is_absent(SectionKind::SIDE).then_some(&[][..]));
         let materials = materials.map(Names::new);
         source(&Content { view, meta: meta.as_ref(), vertices, sides, materials }, out);
     }
+    true
 }
 
 /// The container's rules made the length a multiple of the record's, and the bytes are aligned.
@@ -206,7 +225,7 @@ fn records<T: Pod>(bytes: &[u8]) -> &[T] {
 }
 
 /// Say for each record where in the file it stands, unless its section is compressed.
-fn locate(out: &mut Report, container: &Container) {
+pub(super) fn locate(out: &mut Report, container: &Container) {
     for finding in &mut out.findings {
         let place = &mut finding.place;
         let entry = container.entries.iter().find(|e| Some(e.kind) == place.section && e.codec == SectionEntry::RAW);

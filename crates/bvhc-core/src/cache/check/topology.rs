@@ -1,9 +1,6 @@
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
-use crate::layout::{MAX_DEPTH, Node, SectionKind};
-
-/// No leaf holds more.
-pub const MAX_LEAF: u32 = 255;
+use crate::layout::{MAX_DEPTH, MAX_LEAF, Node, SectionKind};
 
 /// Which tree is looked at, so that findings can name the record.
 #[derive(Clone, Copy, Debug)]
@@ -43,7 +40,10 @@ pub fn walk(nodes: &[Node], items: u64, at: TreePlace, out: &mut Report) -> Shap
     const NOBODY: u32 = u32::MAX;
     let mut parents: Vec<u32> = Vec::new();
     if parents.try_reserve_exact(nodes.len() / 2).is_err() {
-        out.add(&rules::E0127, at.node(0), || ("what is free".into(), format!("{} bytes", nodes.len() * 2)));
+        match at.tree {
+            Some(tree) => out.starve(at.node(0), &format!("The shape of tree {tree}")),
+            None => out.starve(at.node(0), "The shape of the top level"),
+        }
         return Shape::default();
     }
     parents.resize(nodes.len() / 2, NOBODY);

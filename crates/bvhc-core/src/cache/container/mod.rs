@@ -29,7 +29,8 @@ pub use sink::{First, Sink};
 /// A file's header and table.
 #[derive(Debug)]
 pub struct Container {
-    /// The first 256 bytes; every rule on them holds unless the container was [collected](Container::collect).
+    /// The first 256 bytes. Unless the container was [collected](Container::collect), the rules hold that they and the table can answer together
+    /// with the file's length; the counts are those that the header states, until [`Container::check_head`] has asked the table.
     pub header: Header,
     /// The section table in file order, unknown kinds included.
     pub entries: Vec<SectionEntry>,
@@ -62,9 +63,9 @@ impl Container {
         }
     }
 
-    /// The section of this kind and number, if this version can read it.
-    pub fn find(&self, kind: SectionKind, ordinal: u32) -> Option<usize> {
-        find(&self.entries, kind, ordinal)
+    /// The section of this kind, if this version can read it: number 0, which is the only one of every kind that it knows.
+    pub fn find(&self, kind: SectionKind) -> Option<usize> {
+        self.entries.iter().position(|e| e.kind == kind && e.ordinal == 0 && is_understood(e))
     }
 
     /// The stored bytes of a section; `None` beyond the table, outside the file, and where a rule keeps them from being read.
@@ -90,7 +91,7 @@ impl Container {
             (&rules::E0304, 184, SectionKind::BLAS, header.blas_count.into()),
             (&rules::E0305, 188, SectionKind::INST, header.instance_count.into()),
         ] {
-            let found = self.find(kind, 0);
+            let found = self.find(kind);
             let count = match found.map(|i| (&self.entries[i], self.readable[i])) {
                 Some((entry, true)) => entry.elem_count,
                 Some((_, false)) => continue, // how many records it has is not known
@@ -104,7 +105,9 @@ impl Container {
         ControlFlow::Continue(())
     }
 
-    /// Every rule that header and table can answer, the reader's way: up to the first breach.
+    /// [`Container::check_counts`] the reader's way: up to the first breach.
+    ///
+    /// Parsing does not ask this itself, so that a file whose sections are too large is refused for that first.
     pub fn check_head(&self) -> Result<(), Fault> {
         let mut first = First::default();
         _ = self.check_counts(&mut first);
@@ -123,11 +126,6 @@ fn walk(file: &[u8], out: &mut impl Sink) -> ControlFlow<(), Container> {
     table::check_unique(&header, &entries, &mut readable, out)?;
     table::check_presence(&header, &entries, out)?;
     ControlFlow::Continue(Container { header, entries, readable })
-}
-
-/// The section of this kind and number, if this version can read it.
-pub fn find(entries: &[SectionEntry], kind: SectionKind, ordinal: u32) -> Option<usize> {
-    entries.iter().position(|e| e.kind == kind && e.ordinal == ordinal && is_understood(e))
 }
 
 /// Why the META of a file cannot be read by this version, if there is one that cannot.

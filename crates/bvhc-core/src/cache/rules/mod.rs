@@ -1,8 +1,8 @@
 //! The catalogue of everything that a cache file can be found guilty of.
 //!
 //! A [`Rule`] has a number that never changes its meaning, a name, a severity, a headline, a template for the detail line,
-//! the place in `format-spec/SPEC.md` that demands it, and the three answers that `bvhc explain` prints: what it means, how it
-//! happens, what to do. The checker ([`super::check`]) only *uses* rules. For each rule one file in `format-spec/vectors/invalid` breaks
+//! the place in `format-spec/SPEC.md` that demands it, and three answers for people: what it means, how it happens, what to
+//! do, which is a [`Remedy`] and leaves the words to the program. The checker ([`super::check`]) only *uses* rules. For each rule one file in `format-spec/vectors/invalid` breaks
 //! it and nothing else; `tests/mutation.rs` sees to that.
 //!
 //! | numbers | about | asked at level |
@@ -20,6 +20,7 @@ mod container;
 mod counts;
 mod hashes;
 mod instances;
+mod remedy;
 mod source;
 mod trees;
 
@@ -27,6 +28,7 @@ pub use container::*;
 pub use counts::*;
 pub use hashes::*;
 pub use instances::*;
+pub use remedy::Remedy;
 pub use source::*;
 pub use trees::*;
 
@@ -59,7 +61,7 @@ pub struct Rule {
     /// How a file comes to be like this.
     pub cause: &'static str,
     /// What to do about it.
-    pub remedy: &'static str,
+    pub remedy: Remedy,
 }
 
 impl PartialEq for Rule {
@@ -90,25 +92,6 @@ impl Rule {
     pub fn is_unsupported(&self) -> bool {
         ["E0103", "E0104", "E0107", "E0113", "E0114", "E0115", "E0128"].contains(&self.id)
     }
-
-    /// What `bvhc explain` prints.
-    pub fn explain(&self) -> String {
-        let severity = match self.severity() {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-        };
-        format!(
-            "{} {} ({severity})\n{}.\n\nwhat it means\n  {}\nhow it happens\n  {}\nwhat to do\n  {}\n\nspecification  format-spec/SPEC.md#{}\nexample file   {}\n",
-            self.id,
-            self.name,
-            self.headline,
-            self.meaning,
-            self.cause,
-            self.remedy,
-            self.spec,
-            self.vector()
-        )
-    }
 }
 
 /// Every rule in the order of its number, warnings behind the errors of their hundred.
@@ -121,21 +104,18 @@ pub fn find(id_or_name: &str) -> Option<&'static Rule> {
     all().find(|r| r.id.eq_ignore_ascii_case(id_or_name) || r.name == id_or_name)
 }
 
-/// The remedy of most rules: it is a cache, so it is made again and not mended.
-const REBUILD: &str =
-    "Build the file again from its model: bvhc build MODEL -o FILE --force. A cache is made again, never mended.";
 /// The cause of what no damage to a hashed file can bring about.
 const FOREIGN_WRITER: &str = "Hashes are not signatures: a writer that is wrong, or somebody who means harm, can hash anything. Damage in storage is found by its hash before this rule is asked.";
 
 /// Write one `static` for each rule and the list `ALL` of them.
 macro_rules! rules {
     ($($id:ident $name:literal, $headline:literal, $detail:literal, $spec:literal,
-        means $meaning:literal, because $cause:expr, remedy $remedy:expr;)*) => {
+        means $meaning:literal, because $cause:expr, remedy $remedy:ident;)*) => {
         $(
             #[doc = concat!("`", $name, "`: ", $headline, ".")]
             pub static $id: super::Rule = super::Rule {
                 id: stringify!($id), name: $name, headline: $headline, detail: $detail, spec: $spec,
-                meaning: $meaning, cause: $cause, remedy: $remedy,
+                meaning: $meaning, cause: $cause, remedy: super::Remedy::$remedy,
             };
         )*
         pub(super) static ALL: &[&super::Rule] = &[$(&$id),*];
@@ -165,7 +145,7 @@ mod tests {
             assert!(r.id.len() == 5 && (r.id.starts_with('E') || r.id.starts_with('W')), "{}", r.id);
             assert!(r.name.bytes().all(|b| b.is_ascii_lowercase() || b == b'-' || b.is_ascii_digit()), "{}", r.name);
             assert!(r.detail.contains("{expected}") && r.detail.contains("{actual}"), "{}: {}", r.id, r.detail);
-            for text in [r.meaning, r.cause, r.remedy] {
+            for text in [r.meaning, r.cause, &r.remedy.to_string()] {
                 assert!(text.ends_with('.') && text.len() > 20, "{}: {text}", r.id);
             }
             assert!(!r.headline.ends_with('.'), "{}", r.id);
@@ -173,6 +153,22 @@ mod tests {
             assert_eq!(find(r.name), Some(r));
         }
         assert!(find("E9999").is_none());
+    }
+
+    /// Which commands and flags there are is the program's to say.
+    #[test]
+    fn texts_name_no_command_and_no_flag() {
+        let commands = ["build", "check", "convert", "explain", "info", "stats", "verify"].map(|c| format!("bvhc {c}"));
+        let plain = |text: &str| !text.contains("--") && commands.iter().all(|c| !text.contains(c));
+        for r in all() {
+            for text in [r.headline, r.detail, r.meaning, r.cause] {
+                assert!(plain(text), "{}: {text}", r.id);
+            }
+        }
+        for remedy in Remedy::ALL {
+            assert!(plain(&remedy.to_string()), "{remedy}");
+        }
+        assert!(!plain("see bvhc check FILE") && !plain("add --force"));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The table of options for people: what `-O help` prints, and what is said to who types an option that has no flag as one.
 
 use crate::build::{BuildOptions, Kind, OPTIONS, OptionInfo, PRESETS, Preset, Spelling, nearest, option};
+use crate::cli::advice;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -77,6 +78,6 @@ pub fn instead_of(error: &Error) -> Option<Failure> {
     Some(
         Failure::new(Exit::Usage, format!("cannot read {typed}"))
             .fact(if word == row.name { fact } else { format!("there is no such flag; {fact}") })
-            .help(format!("write {}; bvhc build -O help lists all options", row.typed(value))),
+            .help(format!("write {}; bvhc build -O help lists all options", advice::typed(row, value))),
     )
 }

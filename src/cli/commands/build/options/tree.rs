@@ -3,6 +3,7 @@
 
 use super::{choice, listing};
 use crate::build::{BuildError, BuildOptions, Kind, Method, Named, OPTIONS, OptionInfo, Preset, Setting, Spelling};
+use crate::cli::advice;
 use clap::builder::{PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
@@ -142,7 +143,7 @@ fn names_of(spelling: Spelling) -> Vec<&'static str> {
 
 /// Each preset with its expansion, one a line.
 pub fn preset_lines() -> Vec<(String, String)> {
-    Preset::names().iter().map(|(p, name)| (name.to_string(), BuildOptions::preset(*p).as_flags())).collect()
+    Preset::names().iter().map(|(p, name)| (name.to_string(), advice::flags(&BuildOptions::preset(*p)))).collect()
 }
 
 fn preset_help() -> String {
@@ -212,7 +213,11 @@ mod tests {
     #[test]
     fn the_flags_of_a_recipe_give_the_recipe() {
         for (name, flags) in preset_lines() {
-            assert_eq!(resolved(&format!("--preset {name}")).as_flags(), resolved(&flags).as_flags(), "{name}");
+            assert_eq!(
+                advice::flags(&resolved(&format!("--preset {name}"))),
+                advice::flags(&resolved(&flags)),
+                "{name}"
+            );
         }
         for row in METHODS {
             let mut options = BuildOptions { method: row.method, ..BuildOptions::default() };
@@ -221,7 +226,7 @@ mod tests {
             {
                 crate::build::option(option).unwrap().set(&mut options, value).unwrap();
             }
-            assert_eq!(resolved(&options.as_flags()).effective(), options.effective(), "{}", row.name);
+            assert_eq!(resolved(&advice::flags(&options)).effective(), options.effective(), "{}", row.name);
         }
     }
 

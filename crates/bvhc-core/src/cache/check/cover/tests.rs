@@ -182,21 +182,26 @@ fn many_leaves_take_few_steps_each() {
     }
 }
 
-/// Strips of three directions that leave next to nothing open: the kind for which no quick way is known. The bound ends it.
+/// In the plane x + y + z = n strips of three directions, n of each, with gaps that no point is in three times: they cover the triangle, but by
+/// about n² crossings of two gaps, each of which the third direction must be looked at for.
+fn strips(n: u16) -> ([Point; 3], Vec<Aabb>) {
+    let side = f32::from(n);
+    let corners = [[side, 0.0, 0.0], [0.0, side, 0.0], [0.0, 0.0, side]];
+    let strip = |axis: usize, i: u16| {
+        let mut b = Aabb { min: [0.0; 3], max: [side; 3] };
+        (b.min[axis], b.max[axis]) = (f32::from(i) + 0.0625, f32::from(i) + 1.0);
+        b
+    };
+    (corners, (0..3).flat_map(|axis| (0..n).map(move |i| strip(axis, i))).collect())
+}
+
+/// The kind of leaves for which no quick way is known: with few of them the answer is found, with many the bound comes first.
 #[test]
 fn hostile_leaves_end_at_the_bound() {
-    // In the plane x + y + z = 3, slabs of all three axes are strips of three directions.
-    let slanted = [[3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 3.0]];
-    let mut random = Random::new(3);
-    let mut boxes = Vec::new();
-    for i in 0..6000 {
-        let mut b = Aabb { min: [0.0; 3], max: [3.0; 3] };
-        let at = (random.unit() * 3.0) as f32;
-        (b.min[i % 3], b.max[i % 3]) = (at, at + 1e-5);
-        boxes.push(b);
-    }
+    let (corners, boxes) = strips(16);
+    assert_eq!(look(corners, &boxes), Covered::Whole);
+    let (corners, boxes) = strips(3000);
     let mut cover = Cover::default();
-    let answer = cover.look(slanted, &boxes);
-    assert!(answer != Covered::Whole);
+    assert_eq!(cover.look(corners, &boxes), Covered::Unknown);
     assert!(cover.steps() <= most_steps(boxes.len()) + boxes.len() as u64 + 1, "{}", cover.steps());
 }

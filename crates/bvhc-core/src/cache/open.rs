@@ -1,0 +1,194 @@
+//! Opening: a file is mapped, or its bytes are given, and it is validated as deeply as asked.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use super::container::{self, Container, First, is_understood};
+use super::decode::{check_hash, unpack};
+use super::error::{CacheError, Fault};
+use super::file_bytes::FileBytes;
+use super::options::{OpenOptions, Validation};
+use super::reader::{Cache, Opened, Places};
+use super::{Meta, check};
+use crate::exec::Executor;
+use crate::layout::{SectionEntry, SectionKind, section_flags};
+
+impl Opened<'static> {
+    /// Map a file and check its hashes: [`Cache::open_with`] and the default options.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, is not a cache, is damaged, or needs a newer version of this crate.
+    pub fn open(path: impl AsRef<Path>) -> Result<Cache, CacheError> {
+        Cache::open_with(path, &OpenOptions::default())
+    }
+
+    /// Open a file as `options` say.
+    ///
+    /// # Errors
+    /// As [`Cache::open`], and where `options.max_memory` is too small.
+    pub fn open_with(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Cache, CacheError> {
+        Cache::open_on(path, options, &Executor::current())
+    }
+
+    /// [`Cache::open_with`] with the threads of `exec`: hashing, decoding and checking are shared among them.
+    ///
+    /// # Errors
+    /// As [`Cache::open_with`].
+    pub fn open_on(path: impl AsRef<Path>, options: &OpenOptions, exec: &Executor) -> Result<Cache, CacheError> {
+        let path = path.as_ref();
+        Cache::new(FileBytes::open(path, options)?, &path.display().to_string(), options, exec)
+    }
+
+    /// Open a file's bytes where they lie, for example in a larger archive or in the program itself.
+    ///
+    /// Nothing is copied where the slice starts at a multiple of 8 bytes in memory, as the records need; otherwise it is copied once.
+    ///
+    /// # Errors
+    /// As [`Cache::open_with`].
+    pub fn from_slice<'a>(bytes: &'a [u8], options: &OpenOptions) -> Result<Opened<'a>, CacheError> {
+        Cache::from_slice_on(bytes, options, &Executor::current())
+    }
+
+    /// [`Cache::from_slice`] with the threads of `exec`.
+    ///
+    /// # Errors
+    /// As [`Cache::open_with`].
+    pub fn from_slice_on<'a>(
+        bytes: &'a [u8],
+        options: &OpenOptions,
+        exec: &Executor,
+    ) -> Result<Opened<'a>, CacheError> {
+        if bytes.as_ptr().align_offset(align_of::<u64>()) != 0 {
+            return Cache::from_bytes_on(bytes, options, exec);
+        }
+        Opened::new(FileBytes::borrowed(bytes), GIVEN, options, exec)
+    }
+
+    /// Open a file's bytes from memory; they are copied to a 64-byte boundary.
+    ///
+    /// # Errors
+    /// As [`Cache::open_with`].
+    pub fn from_bytes(bytes: &[u8], options: &OpenOptions) -> Result<Cache, CacheError> {
+        Cache::from_bytes_on(bytes, options, &Executor::current())
+    }
+
+    /// [`Cache::from_bytes`] with the threads of `exec`.
+    ///
+    /// # Errors
+    /// As [`Cache::open_with`].
+    pub fn from_bytes_on(bytes: &[u8], options: &OpenOptions, exec: &Executor) -> Result<Cache, CacheError> {
+        let owned = FileBytes::copied(bytes, options.max_memory).map_err(|fault| fault.of(GIVEN))?;
+        Cache::new(owned, GIVEN, options, exec)
+    }
+}
+
+/// What errors call bytes that come from no file.
+const GIVEN: &str = "the given bytes";
+
+impl<'a> Opened<'a> {
+    fn new(bytes: FileBytes<'a>, name: &str, options: &OpenOptions, exec: &Executor) -> Result<Opened<'a>, CacheError> {
+        let container = Container::parse(bytes.as_slice()).map_err(|fault| fault.of(name))?;
+        let find = |kind| container.find(kind);
+        let places = Places {
+            node: find(SectionKind::NODE),
+            tris: find(SectionKind::TRIS),
+            geom: find(SectionKind::GEOM),
+            blas: find(SectionKind::BLAS),
+            tnod: find(SectionKind::TNOD),
+            inst: find(SectionKind::INST),
+            vert: find(SectionKind::VERT),
+            side: find(SectionKind::SIDE),
+            nams: find(SectionKind::NAMS),
+            mats: find(SectionKind::MATS),
+        };
+        let meta_place = find(SectionKind::META);
+        let decoded = container.entries.iter().map(|_| None).collect();
+        let (meta, meta_error, validation) = (None, None, options.validation);
+        let by_id = OnceLock::new();
+        let mut cache = Opened { bytes, container, decoded, places, by_id, meta, meta_error, validation };
+        cache.fill(meta_place, options, exec).map_err(|fault| fault.of(name))?;
+        if options.validation >= Validation::Tree {
+            cache.check_records(exec).map_err(|fault| fault.of(name))?;
+        }
+        Ok(cache)
+    }
+
+    /// Hash, decode and read what the level asks for.
+    fn fill(&mut self, meta_place: Option<usize>, options: &OpenOptions, exec: &Executor) -> Result<(), Fault> {
+        // Hold what decoding will take against the limit before anything is allocated.
+        let packed = |e: &&SectionEntry| e.codec == SectionEntry::ZSTD;
+        let owned = self.bytes.owned_len();
+        let entries = &self.container.entries;
+        let needed = entries.iter().filter(packed).map(|e| u128::from(e.raw_len)).sum::<u128>() + owned as u128;
+        if needed > u128::from(options.max_memory) {
+            return Err(Fault::memory(needed, options.max_memory));
+        }
+        let any_packed = entries.iter().any(|e| e.codec == SectionEntry::ZSTD);
+        self.container.check_head()?;
+
+        // A decoder sees only bytes that were hashed, at every level; so does the reader of META.
+        // The rows of BLAS come first: what they contradict is not worth decoding.
+        let thorough = options.validation >= Validation::Hash;
+        let blas = self.places.blas;
+        let others = (0..self.container.entries.len()).filter(|i| Some(*i) != blas);
+        for i in blas.into_iter().chain(others) {
+            let entry = self.container.entries[i];
+            let decode = entry.codec == SectionEntry::ZSTD && (thorough || is_understood(&entry));
+            if thorough || decode || Some(i) == meta_place {
+                check_hash("E0201", &entry, self.stored_bytes(i), &entry.stored_hash, exec)?;
+            }
+            if decode {
+                let raw_len = usize::try_from(entry.raw_len).map_err(|_| Fault::memory(needed, options.max_memory))?;
+                let unpacked = unpack(&entry, self.stored_bytes(i), raw_len, exec);
+                match unpacked {
+                    Ok(raw) => self.decoded[i] = Some(raw),
+                    Err(fault) if entry.is(section_flags::CRITICAL) => return Err(fault),
+                    // It is what its writer wrote, and nothing that a ray needs: `check` reports it.
+                    Err(fault) if Some(i) == meta_place => self.meta_error = Some(fault.to_string()),
+                    Err(_) => {}
+                }
+            }
+            if Some(i) == blas && any_packed {
+                self.check_rows()?;
+            }
+        }
+        if let Some(bytes) = meta_place.and_then(|i| self.section_bytes(i)) {
+            match Meta::decode(bytes) {
+                Ok(meta) => self.meta = Some(meta),
+                Err(fault) => self.meta_error = Some(fault.to_string()),
+            }
+        } else if self.meta_error.is_none() {
+            self.meta_error = container::later_meta(&self.container.entries);
+        }
+        if thorough {
+            let mut first = First::default();
+            _ = self.container.check_content_id(&mut first);
+            first.result()?;
+        }
+        Ok(())
+    }
+
+    /// Hold the rows of BLAS against the lengths that the table states for NODE and TRIS.
+    fn check_rows(&self) -> Result<(), Fault> {
+        let count = |place: Option<usize>| place.and_then(|i| self.sections().get(i)).map_or(0, |e| e.elem_count);
+        let (nodes, triangles) = (count(self.places.node), count(self.places.tris));
+        let mut first = First::default();
+        _ = check::check_rows(self.blases(), nodes, triangles, &mut first);
+        first.result()
+    }
+
+    /// Look into every record and say the first thing that is wrong.
+    fn check_records(&self, exec: &Executor) -> Result<(), Fault> {
+        let limits = check::Limits { max_issues: 1, ..check::Limits::default() };
+        let view = self.view();
+        let mut report = check::check_records(&view, self.header().tree_flags, Some(self.header()), &limits, exec);
+        let section = |place: Option<usize>| place.and_then(|i| self.section_bytes(i));
+        if section(self.places.vert).is_some() {
+            report.append(check::check_vertices(&view, self.records(self.places.vert), &limits, exec));
+        }
+        if section(self.places.side).is_some() {
+            check::check_sides(view.geoms, self.records(self.places.side), &mut report);
+        }
+        Fault::of_report(&report)
+    }
+}
