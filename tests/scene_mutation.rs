@@ -3,7 +3,7 @@
 mod common;
 
 use base64::Engine;
-use bvhc::scene::{Degenerate, Format, ReadOptions, read_bytes};
+use bvhc::scene::{Degenerate, Format, Moment, ReadOptions, Seconds, read_bytes};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 const OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0 0.5\nv 1 1 0 1 0 0\nv 0 1.5e0 0\nv .5 2 -1\nvt 0 0\nvn 0 0 1\ng wall\nusemtl red\n\
@@ -29,6 +29,15 @@ const POSED: &str = r#"{"asset":{"version":"2.0"},
 "skins":[{"joints":[1,3],"inverseBindMatrices":3},{"joints":[3,3]}],
 "nodes":[{"children":[1,2],"scale":[2,2,2]},{"translation":[10,0,0]},{"mesh":0,"skin":0,"weights":[1]},{"rotation":[0,0,1,0]},{"mesh":0},{"mesh":0,"skin":1,"extensions":{"KHR_node_visibility":{"visible":true}}},{"mesh":0,"scale":[1,1,0]}],
 "scenes":[{"nodes":[0,4,5,6]}]}"#;
+
+/// What moves the nodes and the weights of that model, by every interpolation.
+const ANIMATION: &str = r#""animations":[{"name":"A","channels":[{"sampler":0,"target":{"node":1,"path":"translation"}},
+{"sampler":1,"target":{"node":3,"path":"rotation"}},{"sampler":2,"target":{"node":2,"path":"weights"}},{"sampler":3,"target":{"node":0,"path":"scale"}},
+{"sampler":0,"target":{"path":"pointer","extensions":{"KHR_animation_pointer":{"pointer":"/nodes/9/scale"}}}}],
+"samplers":[{"input":5,"output":0},{"input":5,"output":6,"interpolation":"LINEAR"},{"input":5,"output":5,"interpolation":"STEP"},
+{"input":5,"output":7,"interpolation":"CUBICSPLINE"}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":3},{"bufferView":1,"componentType":5121,"type":"VEC4","count":3},{"bufferView":2,"componentType":5126,"type":"VEC4","count":3},{"bufferView":3,"componentType":5126,"type":"MAT4","count":2},{"bufferView":4,"componentType":5126,"type":"VEC3","count":3},
+{"bufferView":4,"componentType":5126,"type":"SCALAR","count":3},{"bufferView":2,"componentType":5126,"type":"VEC4","count":3},{"bufferView":3,"componentType":5126,"type":"VEC3","count":9}],"#;
 
 /// What stands in for a number in the text.
 const NUMBERS: [&str; 18] = [
@@ -108,8 +117,24 @@ fn glb() -> Vec<u8> {
 
 /// The small models by name.
 fn bases() -> Vec<(String, Vec<u8>)> {
-    let bases = [("a.obj", OBJ.into()), ("a.gltf", GLTF.into()), ("a.glb", glb()), ("posed.gltf", POSED.into())];
+    let (before, rest) = POSED.split_once("\"accessors\":").unwrap();
+    let (_, after) = rest.split_once("\n").unwrap();
+    let moved = format!("{before}{ANIMATION}\n{after}").into_bytes();
+    let bases = [
+        ("a.obj", OBJ.into()),
+        ("a.gltf", GLTF.into()),
+        ("a.glb", glb()),
+        ("posed.gltf", POSED.into()),
+        (MOVED, moved),
+    ];
     bases.map(|(name, base)| (name.to_owned(), base)).into()
+}
+
+/// The name of the model that is read at a moment of its animation.
+const MOVED: &str = "moved.gltf";
+
+fn moment(name: &str) -> Option<Moment> {
+    (name == MOVED).then(|| Moment { time: Seconds::new(0.3), ..Moment::default() })
 }
 
 /// Read `rounds` mutations of each base; every one must end without a panic.
@@ -120,8 +145,8 @@ fn survive(bases: &[(String, Vec<u8>)], rounds: usize) {
         let format = if name.to_ascii_lowercase().ends_with("obj") { Format::Obj } else { Format::Gltf };
         for round in 0..rounds {
             let bytes = mutated(base, &mut Random(round as u64 * 7919 + 1));
-            let options =
-                ReadOptions { degenerate: policies[round % 3], max_memory: 64 << 20, ..ReadOptions::default() };
+            let (degenerate, moment) = (policies[round % 3], moment(name));
+            let options = ReadOptions { degenerate, moment, max_memory: 64 << 20, ..ReadOptions::default() };
             let format = (round % 5 != 0).then_some(format);
             let kept = bytes.clone();
             match catch_unwind(AssertUnwindSafe(|| read_bytes(bytes, name, format, None, &options))) {
@@ -151,7 +176,9 @@ fn survive(bases: &[(String, Vec<u8>)], rounds: usize) {
 fn small_models_survive_mutation() {
     let bases = bases();
     for (name, base) in &bases {
-        read_bytes(base.clone(), name, None, None, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        let options = ReadOptions { moment: moment(name), ..ReadOptions::default() };
+        let scene = read_bytes(base.clone(), name, None, None, &options).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(scene.posed.is_some(), name == MOVED);
     }
     survive(&bases, 4000);
 }
@@ -160,7 +187,8 @@ fn small_models_survive_mutation() {
 fn every_truncation_of_a_small_model_ends() {
     for (name, base) in bases() {
         for length in 0..base.len() {
-            let _ = read_bytes(base[..length].to_vec(), &name, None, None, &ReadOptions::default());
+            let options = ReadOptions { moment: moment(&name), ..ReadOptions::default() };
+            let _ = read_bytes(base[..length].to_vec(), &name, None, None, &options);
         }
     }
 }

@@ -23,6 +23,7 @@ pub fn provenance(recipe: Recipe, inputs: &[InputFile], report: &ReadReport) -> 
     let seldom = [
         ("out_of_range_instances", report.out_of_range_instances),
         ("unplayed_animations", report.unplayed_animations),
+        ("unknown_channels", report.unknown_channels),
         ("unposed_skins", report.unposed_skins),
         ("uninstanced_skins", report.uninstanced_skins),
         ("unweighted_vertices", report.unweighted_vertices),

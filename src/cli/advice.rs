@@ -29,6 +29,10 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
             Resemblance::Nothing => "export the model once more as OBJ or glTF",
         },
         SceneError::Degenerate { .. } => "leave them out with --degenerate drop",
+        SceneError::NoSuchAnimation { count: 0, .. } => {
+            "what has no animations stands at rest: leave out --clip and --time"
+        }
+        SceneError::NoSuchAnimation { .. } => "choose one of them by its number: --clip NUMBER",
         SceneError::UnknownFormat { .. } => "convert it to one of these",
         SceneError::UnsupportedExtension { extension, ignorable: true, .. } if extension == "CESIUM_RTC" => {
             return Some(format!("build the model around its own origin: --ignore-extension {extension}"));

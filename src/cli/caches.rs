@@ -8,7 +8,7 @@ use super::{Context, advice};
 use crate::build::{BuildError, BuildOptions, Levels, Named, Remedy};
 use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, MAGIC, Meta, OpenOptions, Validation};
 use crate::compile;
-use crate::scene::{self, Degenerate, ReadOptions, Scene, SceneError};
+use crate::scene::{self, Degenerate, Moment, ReadOptions, Scene, SceneError};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -139,7 +139,8 @@ pub fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
     let ignored = value("ignore_extensions").into_iter().flat_map(|names| names.split(','));
     let ignore_extensions = ignored.map(str::to_owned).collect();
     let vertices = value("vertices") == Some("true");
-    let read = ReadOptions { degenerate, scene, ignore_extensions, vertices, ..ReadOptions::default() };
+    let moment = Moment::recorded(value);
+    let read = ReadOptions { degenerate, scene, moment, ignore_extensions, vertices, ..ReadOptions::default() };
     (read, BuildOptions { levels, ..BuildOptions::default() })
 }
 

@@ -1,5 +1,8 @@
+use super::animation::{Animation, AnimationChoice};
 use std::fmt;
 use std::path::{Path, PathBuf};
+
+pub(super) use super::excerpt::clipped;
 
 /// Why a model was not read: data, which a program puts into its own words.
 ///
@@ -120,6 +123,20 @@ pub enum SceneError {
         /// The version that it needs.
         version: String,
     },
+    /// There is no animation such as [`ReadOptions::moment`](super::ReadOptions::moment) asks for, or more than one.
+    #[error("cannot read {}\n  {}", path.display(), AnimationsToChoose { asked, found: *found, count: *count, animations })]
+    NoSuchAnimation {
+        /// The model.
+        path: PathBuf,
+        /// Which animation was meant.
+        asked: AnimationChoice,
+        /// How many animations that may be: none, or several.
+        found: u64,
+        /// How many animations the model has.
+        count: u64,
+        /// They, or the first of them.
+        animations: Vec<Animation>,
+    },
     /// [`ReadOptions::max_memory`](super::ReadOptions::max_memory) is too small.
     #[error("cannot read {}\n  {what} needs {} in all; the limit is {}", path.display(), Bytes(*need), Bytes(*limit))]
     Memory {
@@ -210,6 +227,7 @@ impl SceneError {
             | SceneError::Malformed { .. }
             | SceneError::NotObj { .. }
             | SceneError::InPlaceOfData { .. }
+            | SceneError::NoSuchAnimation { .. }
             | SceneError::Degenerate { .. } => ErrorKind::BadModel,
             SceneError::UnknownFormat { .. }
             | SceneError::UnsupportedExtension { .. }
@@ -227,18 +245,6 @@ impl SceneError {
     }
 }
 
-/// A text from a file as a message shows it: cut where it is long, and not shown where it looks like data, which may be megabytes.
-pub(super) fn clipped(text: &str) -> String {
-    const MOST: usize = 120;
-    let is_data = text.get(..4).is_some_and(|start| start.eq_ignore_ascii_case("data"))
-        && matches!(text.as_bytes().get(4), Some(b':' | b';' | b','));
-    let most = if is_data { "data:".len() } else { MOST };
-    match text.char_indices().nth(most) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text.to_owned(),
-    }
-}
-
 /// `path`, or `path line 12`.
 struct At<'a>(&'a Path, Option<u64>);
 
@@ -246,6 +252,41 @@ impl fmt::Display for At<'_> {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "{}", self.0.display())?;
         self.1.map_or(Ok(()), |line| write!(f, " line {line}"))
+    }
+}
+
+/// Why an animation was not found, and which animations there are, one a line.
+struct AnimationsToChoose<'a> {
+    asked: &'a AnimationChoice,
+    found: u64,
+    count: u64,
+    animations: &'a [Animation],
+}
+
+impl fmt::Display for AnimationsToChoose<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let AnimationsToChoose { asked, found, count, animations } = *self;
+        match asked {
+            _ if count == 0 => write!(f, "it has no animations"),
+            AnimationChoice::Only => write!(f, "it has {count} animations, and which is meant is not said"),
+            AnimationChoice::Number(number) => {
+                write!(f, "it has no animation {number}; the last is animation {}", count - 1)
+            }
+            AnimationChoice::Name(name) if found == 0 => write!(f, "it has no animation named '{}'", clipped(name)),
+            AnimationChoice::Name(name) => {
+                write!(f, "it has {found} animations named '{}'; their numbers tell them apart", clipped(name))
+            }
+        }?;
+        for animation in animations {
+            match animation.keys {
+                Some(keys) => write!(f, "\n  {animation}: {keys}"),
+                None => write!(f, "\n  {animation}: nothing of the scene moves"),
+            }?;
+        }
+        match count.saturating_sub(animations.len() as u64) {
+            0 => Ok(()),
+            more => write!(f, "\n  and {more} more"),
+        }
     }
 }
 

@@ -4,8 +4,10 @@
 //! range, every position that a triangle uses is finite, and every transform is finite and invertible. What was dropped is counted
 //! in [`ReadReport`]. Builders know no files; this room knows no trees.
 
+mod animation;
 mod collinear;
 mod error;
+mod excerpt;
 mod gltf;
 mod obj;
 mod options;
@@ -17,6 +19,7 @@ mod sanitize;
 mod source;
 mod validate;
 
+pub use animation::{Animation, AnimationChoice, KeyTimes, Moment, Posed, Seconds};
 pub(crate) use collinear::is_collinear;
 pub use error::{ErrorKind, Resemblance, SceneError};
 #[cfg(any(feature = "cli", test))]
@@ -25,7 +28,7 @@ pub use options::{Degenerate, Format, ReadOptions};
 pub use precision::Loss;
 pub(crate) use precision::local_origin;
 pub(crate) use precision::shortest_edges;
-pub use read::{read, read_bytes, read_with};
+pub use read::{animations, read, read_bytes, read_with};
 pub(crate) use sanitize::drop_triangles;
 pub use source::Progress;
 pub use validate::GeometryError;
@@ -45,6 +48,8 @@ pub struct Scene {
     pub rounding: Rounding,
     /// What becomes of triangles that lose their area where an instance puts them: the policy that the scene was read by.
     pub degenerate: Degenerate,
+    /// The moment of an animation that it stands at; `None` where it stands at rest.
+    pub posed: Option<Posed>,
     /// Every file whose bytes the scene was made from, in the order of first use; the model file itself comes first.
     pub inputs: Vec<InputFile>,
 }
@@ -162,8 +167,11 @@ pub struct ReadReport {
     pub out_of_range_instances: u64,
     /// The largest coordinate or matrix entry among these; 0 if there are none.
     pub largest_magnitude: f64,
-    /// glTF animations (clips): none is played, everything stands at rest.
+    /// glTF animations of a model of which none is played, so that everything stands at rest. Where one is played, the others
+    /// are not counted.
     pub unplayed_animations: u64,
+    /// Channels of the animation that is played with a path that glTF does not know.
+    pub unknown_channels: u64,
     /// glTF nodes with a skin that has no joints, or with primitives that have no joints or weights: those stand where the node puts them.
     pub unposed_skins: u64,
     /// Nodes with a skin and `EXT_mesh_gpu_instancing`, which says nothing on skins: their meshes stand once, where the joints put them.

@@ -1,3 +1,4 @@
+use super::animation::Moment;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -26,7 +27,7 @@ impl Degenerate {
     }
 }
 
-/// How a model file is read. `degenerate`, `scene`, `ignore_extensions` and `vertices` change the result and belong in a build key; the other
+/// How a model file is read. `degenerate`, `scene`, `moment`, `ignore_extensions` and `vertices` change the result and belong in a build key; the other
 /// two only decide whether there is one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadOptions {
@@ -36,6 +37,8 @@ pub struct ReadOptions {
     pub allow_outside: bool,
     /// The glTF scene to read; `None` takes the file's default, or its first, or all root nodes where it has none.
     pub scene: Option<u32>,
+    /// The moment of an animation at which a glTF model is posed; `None` leaves it at rest. A model without animations has no moment.
+    pub moment: Option<Moment>,
     /// glTF extensions that are read as if they were not in the file, even where it requires them. Data that stand only in a
     /// compressed form cannot be had that way.
     pub ignore_extensions: Vec<String>,
@@ -53,6 +56,7 @@ impl ReadOptions {
     pub fn effective(&self) -> Vec<(String, String)> {
         let scene = self.scene.map_or_else(|| "default".to_string(), |n| n.to_string());
         let mut options = vec![("degenerate".into(), self.degenerate.name().to_string()), ("scene".into(), scene)];
+        options.extend(self.moment.iter().flat_map(Moment::effective));
         // In one order, each once, however they were given.
         let ignored: BTreeSet<&str> = self.ignore_extensions.iter().map(String::as_str).collect();
         if !ignored.is_empty() {
@@ -76,6 +80,7 @@ impl Default for ReadOptions {
             degenerate: Degenerate::default(),
             allow_outside: false,
             scene: None,
+            moment: None,
             ignore_extensions: Vec::new(),
             vertices: false,
             max_memory: Self::DEFAULT_MAX_MEMORY,

@@ -1,7 +1,7 @@
 use super::source::{Progress, Source};
-use super::{Format, ReadOptions, Scene, SceneError, gltf, obj, sanitize};
+use super::{Animation, Format, ReadOptions, Scene, SceneError, gltf, obj, sanitize};
 use crate::exec::Executor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Read a model file on the calling thread, its format taken from its extension or else from its content.
 ///
@@ -11,10 +11,23 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
     read_with(path, options, &Executor::sequential(), &mut |_, _| ())
 }
 
+/// The animations of a model file, in its order; an OBJ has none. Key times are those of what an animation moves in the scene that `options` choose.
+///
+/// # Errors
+/// Where the model or one of its animations cannot be read.
+pub fn animations(path: &Path, options: &ReadOptions) -> Result<Vec<Animation>, SceneError> {
+    let (exec, mut progress) = (Executor::sequential(), |_, _| ());
+    let mut source = Source::new(path, folder_of(path), options, &exec, &mut progress);
+    let bytes = source.read_model()?;
+    match format_of(&bytes, Format::from_extension(path), &source)? {
+        Format::Obj => Ok(Vec::new()),
+        Format::Gltf => gltf::animations(bytes, &mut source),
+    }
+}
+
 /// [`read`] with the threads of `exec`, reporting bytes done and bytes to do from the calling thread.
 pub fn read_with(path: &Path, options: &ReadOptions, exec: &Executor, progress: Progress) -> Result<Scene, SceneError> {
-    let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p }.to_owned());
-    let mut source = Source::new(path, folder, options, exec, progress);
+    let mut source = Source::new(path, folder_of(path), options, exec, progress);
     let bytes = source.read_model()?;
     parse(bytes, Format::from_extension(path), source)
 }
@@ -35,15 +48,25 @@ pub fn read_bytes(
     parse(bytes, format, source)
 }
 
-fn parse(bytes: Vec<u8>, format: Option<Format>, mut source: Source) -> Result<Scene, SceneError> {
+/// The folder that a model's relative references start from.
+fn folder_of(path: &Path) -> Option<PathBuf> {
+    path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p }.to_owned())
+}
+
+fn format_of(bytes: &[u8], given: Option<Format>, source: &Source) -> Result<Format, SceneError> {
     let unknown = || SceneError::UnknownFormat { path: source.path.to_owned() };
-    let format = match format {
-        Some(format) => format,
-        None => Format::sniff(&bytes).ok_or_else(unknown)?,
-    };
-    let mut scene = match format {
-        Format::Obj => obj::parse(bytes, &mut source)?,
-        Format::Gltf => gltf::parse(bytes, &mut source)?,
+    given.or_else(|| Format::sniff(bytes)).ok_or_else(unknown)
+}
+
+fn parse(bytes: Vec<u8>, format: Option<Format>, mut source: Source) -> Result<Scene, SceneError> {
+    let options = source.options;
+    let mut scene = match (format_of(&bytes, format, &source)?, &options.moment) {
+        (Format::Obj, Some(moment)) => {
+            let (path, asked) = (source.path.to_owned(), moment.animation.clone());
+            return Err(SceneError::NoSuchAnimation { path, asked, found: 0, count: 0, animations: Vec::new() });
+        }
+        (Format::Obj, None) => obj::parse(bytes, &mut source)?,
+        (Format::Gltf, _) => gltf::parse(bytes, &mut source)?,
     };
     sanitize::sanitize(&mut scene, &mut source)?;
     source.finish();

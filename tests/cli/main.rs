@@ -4,6 +4,7 @@
 mod common;
 
 mod accuracy;
+mod animations;
 mod bounds;
 mod build;
 mod cases;

@@ -24,15 +24,17 @@ from cache import Cache, bvhc_reader  # noqa: E402
 from model import NO_NODE, Refused  # noqa: E402
 
 
-def read_model(path):
-    """The model in a file, its format told by its name, or else by its content."""
+def read_model(path, moment=None):
+    """The model in a file, its format told by its name, or else by its content; a glTF perhaps at a moment of an animation."""
     lower = path.lower()
     if lower.endswith((".gltf", ".glb")):
-        return gltf_scene.read(path)
+        return gltf_scene.read(path, moment)
     with open(path, "rb") as file:
         data = file.read()
     if not lower.endswith(".obj") and (data[:4] == b"glTF" or data.lstrip()[:1] == b"{"):
-        return gltf_scene.read(path)
+        return gltf_scene.read(path, moment)
+    if moment is not None:
+        raise Refused("an OBJ has no animations")
     return obj_model.read(data)
 
 

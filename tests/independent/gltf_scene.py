@@ -1,10 +1,11 @@
-"""The triangles of a glTF 2.0 scene where it shows them at rest. Numbers in brackets are sections of the specification.
+"""The triangles of a glTF 2.0 scene where it shows them, at rest or at a moment. Numbers in brackets are sections of the specification.
 
-At rest: no animation runs; skins and morph targets apply with the weights and joints as the nodes give them.
+At rest no animation runs; skins and morph targets apply with the weights and joints as the nodes give them.
 """
 
 import numpy as np
 
+import gltf_animation
 from gltf_document import Document
 from model import Part, Placement, Refused, Unsupported
 
@@ -12,8 +13,11 @@ TRIANGLES, STRIP, FAN = 4, 5, 6
 IDENTITY = np.eye(4)
 
 
-def read(path):
+def read(path, moment=None):
+    """`moment` is the number of an animation and a time in seconds."""
     document = Document(path)
+    if moment is not None:
+        gltf_animation.pose(document, *moment)
     scene = Scene(document)
     scene.place()
     return document.model

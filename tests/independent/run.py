@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Build every model at one level and at two, and let the second reader judge each cache.
 
-    run.py --tool BVHC [--scratch DIR] [--json FILE] [--jobs N] [-v] [--flag=--degenerate=keep] FOLDER_OR_MODEL…
+    run.py --tool BVHC [--scratch DIR] [--json FILE] [--jobs N] [-v] [--flag=--degenerate=keep] [--moment NUMBER SECONDS] FOLDER_OR_MODEL…
 
 A model that the tool refuses must be one that the second reader refuses too, or finds a breach of the specification in. Prints one
 line for each model that differs (with -v for every one) and counts. Exit status: 0 all agree, 1 some differ, 2 usage.
@@ -38,10 +38,10 @@ def find(paths):
 
 def judge(job):
     """Build and compare one model at every level: a list of records, one a level."""
-    path, tool, scratch, flags = job
+    path, tool, scratch, flags, moment = job
     began = time.time()
     try:
-        model, refusal = read_model(path), None
+        model, refusal = read_model(path, moment), None
     except Refused as error:
         model, refusal = None, str(error)
     records = []
@@ -109,13 +109,17 @@ def main():
     parser.add_argument("--json", metavar="FILE", help="write every record there")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--flag", action="append", default=[], help="pass this flag to every build, too")
+    parser.add_argument("--moment", nargs=2, metavar=("NUMBER", "SECONDS"), help="pose models at this time of this animation")
     parser.add_argument("-v", "--verbose", action="store_true", help="a line for every model and level")
     arguments = parser.parse_args()
     jobs, counts, records, began = [], {}, [], time.time()
     with tempfile.TemporaryDirectory(dir=arguments.scratch) as scratch:
         # Models whose triangles are all left out are refused without this: what is kept of them is judged here.
-        flags = ["--empty", "keep"] + arguments.flag
-        jobs = [(path, arguments.tool, scratch, flags) for path in find(arguments.paths)]
+        flags, moment = ["--empty", "keep"] + arguments.flag, None
+        if arguments.moment:
+            moment = int(arguments.moment[0]), float(arguments.moment[1])
+            flags += ["--clip", arguments.moment[0], "--time", arguments.moment[1]]
+        jobs = [(path, arguments.tool, scratch, flags, moment) for path in find(arguments.paths)]
         # The largest models go first, so that no process is left alone with them at the end.
         jobs.sort(key=lambda job: -os.path.getsize(job[0]))
         with concurrent.futures.ProcessPoolExecutor(arguments.jobs) as pool:

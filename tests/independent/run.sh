@@ -5,6 +5,7 @@
 #   tests/independent/run.sh [-v]
 #
 # Environment: BVHC_MODELS  folder of real scenes (default ../shared/models); BVHC_CASES  folder of cases (default ../shared/cases)
+#              BVHC_SEQUENCES  folder of animated situations (default ../shared/sequences)
 #              BVHC_TOOL    the program (default: it is built, optimised); BVHC_HITS  the example `hits` (default: it is built with it)
 #
 # Everything is installed below target/independent-tests. Exit status 77: the packages could not be installed, nothing was tested.
@@ -67,5 +68,21 @@ for folder in "${BVHC_MODELS:-../shared/models}" "${BVHC_CASES:-../shared/cases}
     else
         echo "SKIPPED: models of $folder: there is no such folder"
     fi
+done
+
+# At moments of animations: each model and situation that has so many, the others are refused.
+moments() {
+    if [ ! -d "$1" ]; then
+        echo "SKIPPED: animations of $1: there is no such folder"
+        return
+    fi
+    for moment in "0 0.25" "0 1.5" "1 0.61" "2 0.05"; do
+        # shellcheck disable=SC2086 # a number and a time
+        judge --moment $moment "$1"
+    done
+}
+moments "${BVHC_SEQUENCES:-../shared/sequences}/situations"
+for model in anim_cesiumman anim_fox anim_interpolation_test anim_morph_cube anim_morph_stress anim_cesium_milk_truck anim_soldier sf_pigman; do
+    moments "${BVHC_MODELS:-../shared/models}/$model"
 done
 exit $status

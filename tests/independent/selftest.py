@@ -20,11 +20,11 @@ from model import NO_NODE, Refused, Unsupported  # noqa: E402
 QUARTER = [0.0, 0.0, 0.7071067811865476, 0.7071067811865476]  # a quarter turn about z: x becomes y
 
 
-def read(g):
+def read(g, moment=None):
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "m.gltf")
         g.save(path)
-        return gltf_scene.read(path)
+        return gltf_scene.read(path, moment)
 
 
 def world(model):
@@ -36,8 +36,8 @@ def world(model):
 
 
 class GltfByHand(unittest.TestCase):
-    def shows(self, g, expected):
-        self.assertEqual(world(read(g)), {key: [[list(map(float, c)) for c in t] for t in tris] for key, tris in expected.items()})
+    def shows(self, g, expected, moment=None):
+        self.assertEqual(world(read(g, moment)), {key: [[list(map(float, c)) for c in t] for t in tris] for key, tris in expected.items()})
 
     def test_translation_rotation_scale_in_this_order(self):
         g = Gltf()
@@ -83,6 +83,29 @@ class GltfByHand(unittest.TestCase):
         mesh = g.mesh(g.primitive(attributes=attributes, targets=[{"POSITION": g.accessor([[1, 0, 0]] * 3)}]), weights=[2])
         g.root["skins"] = [{"joints": [1]}]
         self.shows(g.show(g.node(mesh=mesh, skin=0), g.node(rotation=QUARTER)), {(0, 0, 0, 0): [[(0, 2, 0), (0, 3, 0), (-1, 2, 0)]]})
+
+    def test_animations_by_each_interpolation(self):
+        def moved(path, interpolation, times, values, kind="f4"):
+            g = Gltf()
+            g.show(g.node(mesh=g.mesh(), translation=[9, 9, 9]))
+            sampler = {"input": g.accessor(times), "output": g.accessor(values, kind), "interpolation": interpolation}
+            g.root["animations"] = [{"channels": [{"sampler": 0, "target": {"node": 0, "path": path}}], "samplers": [sampler]}]
+            return g
+
+        def at(x, y, z):
+            return {(0, 0, 0, 0): [[(x, y, z), (x + 1, y, z), (x, y + 1, z)]]}
+        steps = moved("translation", "STEP", [1, 2], [[1, 2, 3], [4, 5, 6]])
+        for time, place in ((0, (1, 2, 3)), (1.5, (1, 2, 3)), (2, (4, 5, 6)), (9, (4, 5, 6))):
+            self.shows(steps, at(*place), (0, time))
+        self.shows(moved("translation", "LINEAR", [1, 3], [[0, 0, 0], [4, 0, 0]]), at(3, 0, 0), (0, 2.5))
+        # x = t^3 from 1 s to 3 s, where its tangents are 3 and 27 a second.
+        spline = [[0, 0, 0], [1, 0, 0], [3, 0, 0], [27, 0, 0], [27, 0, 0], [0, 0, 0]]
+        self.shows(moved("translation", "CUBICSPLINE", [1, 3], spline), at(8, 0, 0), (0, 2))
+        # Half of half a turn, as integers: x becomes y.
+        turn = moved("rotation", "LINEAR", [0, 1], [[0, 0, 0, 127], [0, 0, 127, 0]], "i1")
+        self.shows(turn, {(0, 0, 0, 0): [[(9, 9, 9), (9, 10, 9), (8, 9, 9)]]}, (0, 0.5))
+        with self.assertRaises(Refused):
+            read(turn, (1, 0.5))
 
     def test_instances_stand_between_node_and_mesh(self):
         g = Gltf()

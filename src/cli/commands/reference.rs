@@ -98,6 +98,7 @@ fn gltf_extensions() -> String {
             Treatment::Honoured => "honoured",
             Treatment::Decoded => "refused where used",
             Treatment::Refused => "refused",
+            Treatment::Played => "refused where played",
             Treatment::Passed => "passed over",
         };
         text.push_str(&format!("| `{}` | {treatment} | {} |\n", row.name, row.why));

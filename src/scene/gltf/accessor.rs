@@ -95,6 +95,9 @@ impl Shape {
     pub const INVERSE_BIND: Shape = Shape { kind: Kind::Mat4, components: &[F32] };
     pub const TRANSLATION: Shape = Shape { kind: Kind::Vec3, components: &[F32] };
     pub const ROTATION: Shape = Shape { kind: Kind::Vec4, components: &[F32, I8, I16] };
+    pub const KEYED_ROTATION: Shape = Shape { kind: Kind::Vec4, components: &[F32, I8, U8, I16, U16] };
+    pub const MORPH_WEIGHTS: Shape = Shape { kind: Kind::Scalar, components: &[F32, I8, U8, I16, U16] };
+    pub const TIMES: Shape = Shape { kind: Kind::Scalar, components: &[F32] };
 }
 
 /// How one element's numbers are encoded.
@@ -187,16 +190,17 @@ pub(super) fn joints(
     read(document, index, Shape::JOINTS, buffers, source, [0; 4], decode).map(|(values, _)| values)
 }
 
-/// Read an accessor of joint weights, four to an element; integers are normalized, which the specification demands of them, whether the
+/// Read an accessor of numbers whose integers are normalized, which the specification demands of joint weights and of the values of keys, whether the
 /// accessor says so or not. Memory for the result is charged and stays charged.
-pub(super) fn weights(
+pub(super) fn fractions<const N: usize>(
     document: &Document,
     index: usize,
+    shape: Shape,
     buffers: &mut Buffers,
     source: &mut Source,
-) -> Result<Vec<[f64; 4]>, SceneError> {
+) -> Result<Vec<[f64; N]>, SceneError> {
     let decode = |encoding: Encoding, element: &[u8]| Encoding { normalized: true, ..encoding }.numbers(element);
-    read(document, index, Shape::WEIGHTS, buffers, source, [0.0; 4], decode).map(|(values, _)| values)
+    read(document, index, shape, buffers, source, [0.0; N], decode).map(|(values, _)| values)
 }
 
 /// Read an accessor of indices, and the value that means "restart" for its type.

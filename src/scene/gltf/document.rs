@@ -3,7 +3,7 @@ use super::whole::{Index, Whole};
 use crate::scene::source::Source;
 use crate::scene::{Resemblance, SceneError};
 use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 
@@ -34,9 +34,9 @@ pub(super) struct Document {
     /// The name of each material, empty where it has none.
     #[serde(skip)]
     pub material_names: Vec<String>,
-    /// How many animations (clips) the file has.
+    /// The animations, kept as text until one is played.
     #[serde(skip)]
-    pub animation_count: u64,
+    pub animations: Vec<Box<RawValue>>,
     /// Extensions that may place geometry, that the file uses, and that are not honoured: because the caller said so, or because the file
     /// allows it.
     #[serde(skip)]
@@ -193,7 +193,8 @@ impl Document {
         let read = |json: &[u8]| serde_json::from_slice::<Document>(json);
         let mut document = last_of_equal_keys(json, read).map_err(|e| json_error(&e, source))?;
         document.material_names = head.material_names;
-        document.animation_count = head.animation_count;
+        source.charge(head.animations.iter().map(|a| a.get().len() as u64).sum(), "its JSON")?;
+        document.animations = head.animations;
         document.ignored_extensions = extensions::admit(&document.extensions_required, head.extensions_used, source)?;
         Ok(document)
     }
@@ -207,10 +208,17 @@ impl Document {
             let reason = format!("it uses skin {index}, but there are {}", self.skins.len());
             return Err(SceneError::malformed(source.path, reason));
         };
-        let read = |json: &[u8]| serde_json::from_slice::<Skin>(json);
-        last_of_equal_keys(text.get().as_bytes(), read).map_err(|e| {
-            SceneError::malformed(source.path, format!("skin {index} is not that of a glTF file: {}", what(&e)))
-        })
+        read_text(text, &format!("skin {index}"), source)
+    }
+
+    /// An animation, as whoever plays it wants to see it. There must be one of that number.
+    pub fn animation<T: DeserializeOwned>(&self, index: u32, source: &Source) -> Result<T, SceneError> {
+        read_text(&self.animations[index as usize], &format!("animation {index}"), source)
+    }
+
+    /// The name of an animation, empty where it has none.
+    pub fn animation_name(&self, index: u32) -> String {
+        self.animations.get(index as usize).map(|a| read_or_default::<Named>(a).name).unwrap_or_default()
     }
 }
 
@@ -238,7 +246,7 @@ impl Primitive {
 struct Head {
     asset: Option<Asset>,
     material_names: Vec<String>,
-    animation_count: u64,
+    animations: Vec<Box<RawValue>>,
     extensions_used: Vec<String>,
 }
 
@@ -272,10 +280,17 @@ impl Head {
         Ok(Head {
             asset: lists.asset,
             material_names: elements(lists.materials).map(|m| read_or_default::<Named>(m).name).collect(),
-            animation_count: elements(lists.animations).count() as u64,
+            animations: elements(lists.animations).map(RawValue::to_owned).collect(),
             extensions_used: elements(lists.extensions_used).map(read_or_default).collect(),
         })
     }
+}
+
+/// Read an object that was kept as text.
+fn read_text<T: DeserializeOwned>(text: &RawValue, of: &str, source: &Source) -> Result<T, SceneError> {
+    let read = |json: &[u8]| serde_json::from_slice::<T>(json);
+    last_of_equal_keys(text.get().as_bytes(), read)
+        .map_err(|e| SceneError::malformed(source.path, format!("{of} is not that of a glTF file: {}", what(&e))))
 }
 
 /// The elements of a list, none where it is no list.

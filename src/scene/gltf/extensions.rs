@@ -8,6 +8,7 @@ pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
 pub(super) const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 pub(super) const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 pub(super) const VISIBILITY: &str = "KHR_node_visibility";
+pub(super) const ANIMATION_POINTER: &str = "KHR_animation_pointer";
 const RTC: &str = "CESIUM_RTC";
 
 /// What reading does with a glTF extension that a file requires.
@@ -19,6 +20,8 @@ pub enum Treatment {
     Decoded,
     /// The file is refused: what the extension says about triangles is not done here.
     Refused,
+    /// The file is read. An animation is refused if it is played and the extension moves triangles in it.
+    Played,
     /// The file is read: the extension says nothing about where triangles are.
     Passed,
 }
@@ -50,10 +53,15 @@ const fn passed(name: &'static str, why: &'static str) -> Extension {
     Extension { name, treatment: Treatment::Passed, why }
 }
 
+const fn played(name: &'static str, why: &'static str) -> Extension {
+    Extension { name, treatment: Treatment::Played, why }
+}
+
 const COMPRESSED: &str = "compressed triangles need a decoder; plain data beside them are read";
 const SHADING: &str = "says how surfaces look, not where they are";
 const METADATA: &str = "describes triangles and moves none";
 const PLAYED: &str = "moves things only while something is played";
+const POINTED: &str = "pointers to nodes and morph weights are not followed; those to all else move no triangles";
 
 /// Every glTF extension that is known here. An extension that is not in the table is refused where a file requires it, by name.
 pub const EXTENSIONS: &[Extension] = &[
@@ -85,7 +93,7 @@ pub const EXTENSIONS: &[Extension] = &[
     refused("MPEG_buffer_circular", "positions come from a stream that changes"),
     refused("MPEG_mesh_linking", "another mesh moves the vertices"),
     refused("MPEG_scene_dynamic", "the nodes come from a stream that changes"),
-    passed("KHR_animation_pointer", PLAYED),
+    played(ANIMATION_POINTER, POINTED),
     passed("KHR_interactivity", PLAYED),
     passed("MPEG_animation_timing", PLAYED),
     passed("EXT_mesh_features", METADATA),
@@ -138,7 +146,7 @@ pub(super) fn admit(required: &[String], used: Vec<String>, source: &Source) -> 
         let is_read = found.is_some_and(|row| row.treatment != Treatment::Refused);
         match found {
             _ if is_ignored(name) => {
-                if found.is_none_or(|row| row.treatment != Treatment::Passed) {
+                if found.is_none_or(|row| !matches!(row.treatment, Treatment::Played | Treatment::Passed)) {
                     unheeded.insert(name.clone());
                 }
             }
@@ -155,6 +163,16 @@ fn refusal(name: &str, row: Option<&Extension>, source: &Source) -> SceneError {
     const UNKNOWN: &str = "whether it moves or changes triangles is not known here";
     let why = row.map_or(UNKNOWN, |row| row.why);
     SceneError::UnsupportedExtension { path: source.path.to_owned(), extension: name.to_owned(), why, ignorable: true }
+}
+
+/// The refusal of an animation in which pointers move triangles.
+pub(super) fn moved_by_pointer(source: &Source) -> SceneError {
+    SceneError::UnsupportedExtension {
+        path: source.path.to_owned(),
+        extension: ANIMATION_POINTER.to_owned(),
+        why: "it moves nodes or morph weights in the animation",
+        ignorable: true,
+    }
 }
 
 /// The refusal of a compressed part, with the way out.

@@ -5,13 +5,15 @@
 //! what the chosen scene shows is read: a broken material, texture or animation does not matter.
 //!
 //! ```text
-//! container ─▶ document ─▶ nodes: what is shown ─▶ pose: at rest ─▶ primitive: meshes ◀─ vertices ◀─ accessor ◀─ buffers ◀─ reference
+//! container ─▶ document ─▶ nodes: what is shown ─▶ pose ─▶ primitive: meshes ◀─ vertices ◀─ accessor ◀─ buffers ◀─ reference
+//!                          animation: what moves ──┘
 //! ```
 //!
-//! Everything stands at rest: nodes by their own transforms, skinned meshes by their joints, morph targets by the weights of node or mesh. No
-//! animation is played.
+//! A [`Model`] is read once, and stands at rest or as an animation moves it at one time: nodes by their own transforms, skinned meshes by their joints,
+//! morph targets by the weights of animation, node or mesh.
 
 mod accessor;
+mod animation;
 mod buffers;
 mod container;
 mod data_uri;
@@ -29,56 +31,139 @@ mod whole;
 #[cfg(any(feature = "cli", test))]
 pub use extensions::{EXTENSIONS, Treatment};
 
+use super::animation::{Animation, AnimationChoice, Posed, Seconds};
 use super::source::Source;
 use super::{Instance, Scene, SceneError};
 use crate::geom::Affine;
+use animation::{Motion, Playable, Scope};
 use buffers::Buffers;
 use document::Document;
-use nodes::Shown;
+use nodes::{Layout, Shown};
 use pose::{Pose, Stage};
+use skin::Skin;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
+/// Read the scene that the options ask for: at rest, or at a moment of an animation.
 pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneError> {
-    let (json, binary) = container::split(&bytes, source.path)?;
-    let document = Document::parse(json, source)?;
-    let mut buffers = Buffers::new(&document, binary);
-    let mut scene = Scene::default();
-    scene.report.unplayed_animations = document.animation_count;
-    scene.report.ignored_extensions.clone_from(&document.ignored_extensions);
-    let mut layout = nodes::layout(&document, source)?;
-    scene.report.hidden_nodes = layout.hidden;
-    let stage = Stage::at_rest(&document, &mut layout, &mut buffers, source)?;
-
-    // Give each pose of each mesh a number, in the order in which they are shown, and place its instances.
-    let mut numbers: BTreeMap<(u32, Pose), u32> = BTreeMap::new();
-    let mut poses: Vec<(u32, Pose)> = Vec::new();
-    for shown in &layout.shown {
-        let posed = (shown.mesh, stage.pose(&document, shown, &mut scene.report));
-        let number = *numbers.entry(posed.clone()).or_insert(poses.len() as u32);
-        if number as usize == poses.len() {
-            poses.push(posed);
+    let (mut model, options) = (Model::read(&bytes, source)?, source.options);
+    match &options.moment {
+        None => model.at_rest(source),
+        Some(moment) => {
+            let animation = model.animation(&moment.animation, source)?;
+            model.at(&animation, moment.time.unwrap_or(animation.first_key()), source)
         }
-        let is_skinned = poses[number as usize].1.skin.is_some();
-        place(&document, shown, number, is_skinned, &stage, &mut buffers, source, &mut scene)?;
+    }
+}
+
+/// The animations of a model.
+pub(super) fn animations(bytes: Vec<u8>, source: &mut Source) -> Result<Vec<Animation>, SceneError> {
+    Model::read(&bytes, source)?.animations(source)
+}
+
+/// A file that was read as far as no pose matters. It can be posed at any number of times; buffers are fetched once.
+struct Model<'b> {
+    document: Document,
+    buffers: Buffers<'b>,
+    layout: Layout,
+    /// Those of nodes that are shown.
+    skins: BTreeMap<u32, Skin>,
+}
+
+impl<'b> Model<'b> {
+    fn read(bytes: &'b [u8], source: &mut Source) -> Result<Model<'b>, SceneError> {
+        let (json, binary) = container::split(bytes, source.path)?;
+        let document = Document::parse(json, source)?;
+        let mut buffers = Buffers::new(&document, binary);
+        let mut layout = nodes::layout(&document, source)?;
+        let mut skins = BTreeMap::new();
+        for index in layout.shown.iter().filter_map(|s| s.skin) {
+            if let Entry::Vacant(entry) = skins.entry(index) {
+                entry.insert(Skin::read(&document, index, &mut buffers, source)?);
+            }
+        }
+        let joints: Vec<u32> = skins.values().flat_map(|s| s.joints.iter().copied()).collect();
+        nodes::reach(&document, &joints, &mut layout.hierarchy, source)?;
+        Ok(Model { document, buffers, layout, skins })
     }
 
-    // Read them in the order of the file's meshes, and let the instances name them by their new numbers.
-    let mut order: Vec<u32> = (0..poses.len() as u32).collect();
-    order.sort_by_key(|number| poses[*number as usize].0);
-    let mut read: Vec<(u32, Option<Affine>)> = vec![(0, None); poses.len()];
-    for number in order {
-        let (index, pose) = &poses[number as usize];
-        let (mesh, transform) =
-            primitive::mesh(&document, *index as usize, (pose, &stage), &mut buffers, source, &mut scene.report)?;
-        read[number as usize] = (scene.meshes.len() as u32, transform);
-        scene.meshes.push(mesh);
+    /// What animations can move: the nodes at or above meshes and joints. Hidden meshes count, since an animation may show them.
+    fn scope(&self) -> Scope {
+        let mesh = |node: u32| self.document.nodes.get(node as usize).and_then(|n| n.mesh).map(|mesh| mesh.0);
+        let nodes = || self.layout.hierarchy.nodes();
+        let joints = self.skins.values().flat_map(|s| s.joints.iter().copied());
+        let carriers = self.layout.hierarchy.carriers(nodes().filter(|node| mesh(*node).is_some()).chain(joints));
+        Scope::new(carriers, nodes().filter_map(mesh).collect())
     }
-    for instance in &mut scene.instances {
-        let (mesh, transform) = read[instance.mesh as usize];
-        instance.mesh = mesh;
-        instance.transform = transform.unwrap_or(instance.transform);
+
+    /// Every animation of the file.
+    fn animations(&mut self, source: &mut Source) -> Result<Vec<Animation>, SceneError> {
+        animation::list(&self.document, &self.scope(), &mut self.buffers, source)
     }
-    Ok(scene)
+
+    /// Read the animation that is meant, to pose the model at any number of its times.
+    fn animation(&mut self, choice: &AnimationChoice, source: &mut Source) -> Result<Playable, SceneError> {
+        let scope = self.scope();
+        let number = animation::choose(&self.document, choice, &scope, &mut self.buffers, source)?;
+        Playable::read(&self.document, number, &scope, &mut self.buffers, source)
+    }
+
+    fn at_rest(&mut self, source: &mut Source) -> Result<Scene, SceneError> {
+        let mut scene = self.posed(&Motion::default(), source)?;
+        scene.report.unplayed_animations = self.document.animations.len() as u64;
+        Ok(scene)
+    }
+
+    /// The model as an animation has it at a time.
+    fn at(&mut self, animation: &Playable, time: Seconds, source: &mut Source) -> Result<Scene, SceneError> {
+        let mut scene = self.posed(&animation.at(time.get()), source)?;
+        scene.report.unknown_channels = animation.unknown_channels;
+        if animation.ignores_pointer {
+            scene.report.ignored_extensions.push(extensions::ANIMATION_POINTER.to_owned());
+            scene.report.ignored_extensions.sort();
+        }
+        scene.posed = Some(Posed { animation: animation.animation.clone(), time });
+        Ok(scene)
+    }
+
+    fn posed(&mut self, motion: &Motion, source: &mut Source) -> Result<Scene, SceneError> {
+        let Model { document, buffers, layout, skins } = self;
+        let mut scene = Scene::default();
+        scene.report.ignored_extensions.clone_from(&document.ignored_extensions);
+        scene.report.hidden_nodes = layout.hidden;
+        let stage = Stage::new(document, &layout.hierarchy, skins, motion, source)?;
+
+        // Give each pose of each mesh a number, in the order in which they are shown, and place its instances.
+        let mut numbers: BTreeMap<(u32, Pose), u32> = BTreeMap::new();
+        let mut poses: Vec<(u32, Pose)> = Vec::new();
+        for shown in &layout.shown {
+            let posed = (shown.mesh, stage.pose(document, shown, &mut scene.report));
+            let number = *numbers.entry(posed.clone()).or_insert(poses.len() as u32);
+            if number as usize == poses.len() {
+                poses.push(posed);
+            }
+            let is_skinned = poses[number as usize].1.skin.is_some();
+            place(document, shown, number, is_skinned, &stage, buffers, source, &mut scene)?;
+        }
+
+        // Read them in the order of the file's meshes, and let the instances name them by their new numbers.
+        let mut order: Vec<u32> = (0..poses.len() as u32).collect();
+        order.sort_by_key(|number| poses[*number as usize].0);
+        let mut read: Vec<(u32, Option<Affine>)> = vec![(0, None); poses.len()];
+        for number in order {
+            let (index, pose) = &poses[number as usize];
+            let (mesh, transform) =
+                primitive::mesh(document, *index as usize, (pose, &stage), buffers, source, &mut scene.report)?;
+            read[number as usize] = (scene.meshes.len() as u32, transform);
+            scene.meshes.push(mesh);
+        }
+        for instance in &mut scene.instances {
+            let (mesh, transform) = read[instance.mesh as usize];
+            instance.mesh = mesh;
+            instance.transform = transform.unwrap_or(instance.transform);
+        }
+        Ok(scene)
+    }
 }
 
 /// Add the instances of a node's mesh: one, or one for each element of `EXT_mesh_gpu_instancing`. That extension says nothing on skins:

@@ -1,3 +1,4 @@
+use super::animation::{Motion, Moved};
 use super::document::{Document, Node};
 use super::extensions::VISIBILITY;
 use crate::geom::Affine;
@@ -140,28 +141,31 @@ fn way_parent(parents: &[Option<u32>], node: u32) -> Option<u32> {
     parents.get(node as usize).copied().flatten()
 }
 
-/// The own transforms of a hierarchy's nodes at rest, by node number; identities for nodes outside of it.
-pub(super) fn at_rest(
+/// The own transforms of a hierarchy's nodes, moved by an animation or at rest, by node number; identities for nodes outside of it.
+pub(super) fn own_transforms(
     document: &Document,
     hierarchy: &Hierarchy,
+    motion: &Motion,
     source: &mut Source,
 ) -> Result<Vec<Affine>, SceneError> {
     source.charge((document.nodes.len() * size_of::<Affine>()) as u64, "the nodes' transforms")?;
     let mut own = vec![Affine::IDENTITY; document.nodes.len()];
     for node in hierarchy.nodes() {
-        own[node as usize] = local_transform(&document.nodes[node as usize], node, source)?;
+        own[node as usize] = local_transform(&document.nodes[node as usize], node, motion.of(node), source)?;
     }
     Ok(own)
 }
 
-/// A node's own transform: its matrix, or else translation · rotation · scale.
-fn local_transform(node: &Node, index: u32, source: &Source) -> Result<Affine, SceneError> {
+/// A node's own transform: its matrix, or else translation · rotation · scale, each as an animation has it or else the node.
+fn local_transform(node: &Node, index: u32, moved: Option<&Moved>, source: &Source) -> Result<Affine, SceneError> {
     if let Some(m) = &node.matrix {
         let what = format!("the matrix of node {index}");
         return affine(m, 1e-6, &what, source);
     }
-    let rotation = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-    Ok(compose(node.translation.unwrap_or([0.0; 3]), rotation, node.scale.unwrap_or([1.0; 3])))
+    let translation = moved.and_then(|m| m.translation).or(node.translation).unwrap_or([0.0; 3]);
+    let rotation = moved.and_then(|m| m.rotation).or(node.rotation).unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let scale = moved.and_then(|m| m.scale).or(node.scale).unwrap_or([1.0; 3]);
+    Ok(compose(translation, rotation, scale))
 }
 
 /// A column-major 4×4 matrix whose last row is 0 0 0 1, up to what exporters' arithmetic leaves of it.

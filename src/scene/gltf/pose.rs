@@ -1,14 +1,13 @@
-use super::buffers::Buffers;
+use super::animation::Motion;
 use super::document::{Document, Mesh};
-use super::nodes::{self, Layout, Shown};
+use super::nodes::{self, Shown};
 use super::skin::Skin;
 use super::vertices::influences;
 use crate::geom::Affine;
-use crate::scene::pose::Place;
+use crate::scene::pose::{Hierarchy, Place};
 use crate::scene::source::Source;
 use crate::scene::{ReadReport, SceneError};
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 
 /// What gives a mesh its shape beside its own data: equal poses of one mesh are one mesh in the scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,39 +31,34 @@ impl Pose {
 }
 
 /// Everything that poses the meshes of a scene at one time.
-pub(super) struct Stage {
+pub(super) struct Stage<'m> {
+    motion: &'m Motion,
     /// Each node's transform to world space.
     pub to_world: Vec<Affine>,
     /// Each joint's, from the mesh's space, by skin.
     joints: BTreeMap<u32, Vec<Affine>>,
 }
 
-impl Stage {
-    /// The scene at rest: every node where it stands in the file.
-    pub fn at_rest(
+impl<'m> Stage<'m> {
+    /// The scene with every node where an animation moves it, or where it stands in the file. The hierarchy has all joints of the skins.
+    pub fn new(
         document: &Document,
-        layout: &mut Layout,
-        buffers: &mut Buffers,
+        hierarchy: &Hierarchy,
+        skins: &BTreeMap<u32, Skin>,
+        motion: &'m Motion,
         source: &mut Source,
-    ) -> Result<Stage, SceneError> {
-        let mut skins = BTreeMap::new();
-        for index in layout.shown.iter().filter_map(|s| s.skin) {
-            if let Entry::Vacant(entry) = skins.entry(index) {
-                entry.insert(Skin::read(document, index, buffers, source)?);
-            }
-        }
-        let all_joints: Vec<u32> = skins.values().flat_map(|s| s.joints.iter().copied()).collect();
-        nodes::reach(document, &all_joints, &mut layout.hierarchy, source)?;
-        let to_world = layout.hierarchy.to_world(nodes::at_rest(document, &layout.hierarchy, source)?);
-        source.charge((all_joints.len() * size_of::<Affine>()) as u64, "the joints")?;
+    ) -> Result<Stage<'m>, SceneError> {
+        let to_world = hierarchy.to_world(nodes::own_transforms(document, hierarchy, motion, source)?);
+        let joints = skins.values().map(|skin| skin.joints.len()).sum::<usize>();
+        source.charge((joints * size_of::<Affine>()) as u64, "the joints")?;
         let joints = skins.iter().map(|(index, skin)| (*index, skin.transforms(&to_world))).collect();
-        Ok(Stage { to_world, joints })
+        Ok(Stage { motion, to_world, joints })
     }
 
     /// How a node's mesh is posed. What cannot be posed is counted.
     pub fn pose(&self, document: &Document, shown: &Shown, report: &mut ReadReport) -> Pose {
         let mesh = &document.meshes[shown.mesh as usize];
-        let mut pose = Pose { weights: weights(document, shown, mesh, report), ..Pose::default() };
+        let mut pose = Pose { weights: weights(document, shown, self.motion, mesh, report), ..Pose::default() };
         let surfaces = || mesh.primitives.iter().filter(|p| p.surface_positions().is_some());
         let Some(skin) = shown.skin.filter(|_| surfaces().next().is_some()) else { return pose };
         let has_joints = self.joints.get(&skin).is_some_and(|j| !j.is_empty());
@@ -86,10 +80,12 @@ impl Stage {
     }
 }
 
-/// The morph weights that move something of a node's mesh: the node's, else the mesh's. Those that find no target are counted.
-fn weights(document: &Document, shown: &Shown, mesh: &Mesh, report: &mut ReadReport) -> Vec<u64> {
+/// The morph weights that move something of a node's mesh: those of the animation, else the node's, else the mesh's. Those that find no target
+/// are counted.
+fn weights(document: &Document, shown: &Shown, motion: &Motion, mesh: &Mesh, report: &mut ReadReport) -> Vec<u64> {
+    let of_animation = motion.of(shown.node).and_then(|moved| moved.weights.as_ref());
     let of_node = document.nodes[shown.node as usize].weights.as_ref().filter(|w| !w.is_empty());
-    let given = of_node.or(mesh.weights.as_ref()).map_or(&[][..], Vec::as_slice);
+    let given = of_animation.or(of_node).or(mesh.weights.as_ref()).map_or(&[][..], Vec::as_slice);
     let surfaces = || mesh.primitives.iter().filter(|p| p.surface_positions().is_some());
     let mut weights: Vec<u64> = Vec::with_capacity(given.len());
     for (i, weight) in given.iter().enumerate() {

@@ -1,3 +1,6 @@
+mod animation;
+mod animation_choice;
+mod animation_poses;
 mod extensions;
 mod files;
 mod identity;

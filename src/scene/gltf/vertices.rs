@@ -71,7 +71,7 @@ impl Attributes {
             for (place, four) in numbers.chunks_exact_mut(per_vertex).zip(of_set) {
                 place[4 * set..4 * set + 4].copy_from_slice(&four);
             }
-            let of_set = accessor::weights(document, weights_accessor, buffers, source)?;
+            let of_set = accessor::fractions::<4>(document, weights_accessor, Shape::WEIGHTS, buffers, source)?;
             for (place, four) in weights.chunks_exact_mut(per_vertex).zip(of_set) {
                 place[4 * set..4 * set + 4].copy_from_slice(&four);
             }

@@ -32,6 +32,18 @@ impl Hierarchy {
         self.order.iter().map(|(node, _)| *node)
     }
 
+    /// Of each node, by its number, whether one of `nodes` is at it or below.
+    pub fn carriers(&self, nodes: impl Iterator<Item = u32>) -> Vec<bool> {
+        let mut carries = vec![false; self.contains.len()];
+        nodes.for_each(|node| carries[node as usize] = self.contains(node));
+        for &(node, parent) in self.order.iter().rev() {
+            if let Some(parent) = parent.filter(|_| carries[node as usize]) {
+                carries[parent as usize] = true;
+            }
+        }
+        carries
+    }
+
     /// Every node's transform to world space, from each node's own; both by node number. Nodes outside of the hierarchy keep what they
     /// have.
     pub fn to_world(&self, mut own: Vec<Affine>) -> Vec<Affine> {
@@ -56,6 +68,7 @@ mod tests {
         let mut hierarchy = Hierarchy::new(4);
         assert!(hierarchy.add(2, None) && hierarchy.add(0, Some(2)) && hierarchy.add(3, Some(0)));
         assert!(!hierarchy.add(0, None) && !hierarchy.contains(1));
+        assert_eq!(hierarchy.carriers([0, 1].into_iter()), [true, false, true, false]);
         let world = hierarchy.to_world(vec![moved(1.0, 2.0), moved(7.0, 7.0), moved(10.0, 3.0), moved(1.0, 1.0)]);
         assert_eq!(world, [moved(13.0, 6.0), moved(7.0, 7.0), moved(10.0, 3.0), moved(19.0, 6.0)]);
     }

@@ -17,7 +17,7 @@ use crate::cli::names;
 use crate::cli::progress::Bar;
 use crate::compile;
 use crate::exec::Executor;
-use crate::scene::{self, InputFile, ReadOptions, Scene, SceneError};
+use crate::scene::{self, InputFile, Posed, ReadOptions, Scene, SceneError};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -46,6 +46,7 @@ impl Workshop<'_> {
         let bar = Bar::new(&self.context.terminal, &name);
         let scene = self.read(job, &bar)?;
         let (inputs, mut report, rounding) = (scene.inputs.clone(), scene.report.clone(), scene.rounding);
+        let posed = scene.posed.clone();
         let read_time = start.elapsed();
         caches::fits(&job.input, &scene, &self.build, self.context)?;
 
@@ -57,6 +58,9 @@ impl Workshop<'_> {
         let remarks = Remarks { report: &report, read: &self.read, rounding: &rounding, placing: &placing };
         let model = names::path(&job.input);
         remarks.warnings(self.build.levels).iter().for_each(|w| self.context.terminal.warn(&format!("{model}: {w}")));
+        if let Some(posed) = &posed {
+            self.tell_moment(&model, posed);
+        }
         placing.notes.iter().for_each(|note| self.context.terminal.detail(&format!("{name}: {note}")));
         if laid.meshes.is_empty() {
             match self.args.empty {
@@ -118,6 +122,21 @@ impl Workshop<'_> {
                 .fact(format!("it is {}, a file that the model is read from", names::path(&input.path)))
                 .help("name another output with -o")),
             None => Ok(scene),
+        }
+    }
+
+    /// Say which moment a model was posed at, and loudly where that is not quite what was asked for.
+    fn tell_moment(&self, model: &str, posed: &Posed) {
+        let Posed { animation, time, .. } = posed;
+        let terminal = &self.context.terminal;
+        let animation_name = names::escape(&animation.to_string());
+        match animation.keys {
+            None => terminal.note(&format!("{model}: {animation_name} moves nothing of the scene")),
+            Some(keys) if keys.holds_at(*time) => {
+                let which = if time.get() < f64::from(keys.first) { "first" } else { "last" };
+                terminal.note(&format!("{model}: {animation_name} holds its {which} value at {time} s ({keys})"));
+            }
+            Some(keys) => terminal.detail(&format!("{model}: {animation_name} at {time} s ({keys})")),
         }
     }
 

@@ -57,6 +57,7 @@ impl Remarks<'_> {
         let report = self.report;
         let counted_ones = [
             (report.unposed_skins, "node", " with a skin but without joints or weights: placed without the skin"),
+            (report.unknown_channels, "channel", " of the animation with an unknown path: not followed"),
             (report.uninstanced_skins, "skinned node", " with instances: placed once, by the joints"),
             (report.unweighted_vertices, "vertex without joint weights", ": placed by the first joint"),
         ];

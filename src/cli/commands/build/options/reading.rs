@@ -6,7 +6,7 @@ use crate::cli::caches::extension_name;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
-use crate::scene::{Degenerate, Format, ReadOptions};
+use crate::scene::{AnimationChoice, Degenerate, Format, Moment, ReadOptions, Seconds};
 use clap::Args;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -24,6 +24,12 @@ pub struct ReadArgs {
     /// The glTF scene to build; default: the one that the file names
     #[arg(long, value_name = "N")]
     pub scene: Option<u32>,
+    /// Pose a glTF model by this clip (animation), at --time or else at its first key
+    #[arg(long = "clip", value_name = "NAME|NUMBER", value_parser = animation_choice)]
+    pub animation: Option<AnimationChoice>,
+    /// Pose a glTF model at this time of --clip, or else of its only clip
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub time: Option<Seconds>,
     /// Read glTF as if this extension were not in the file, even where the file requires it; may be given again
     #[arg(long = "ignore-extension", value_name = "NAME", value_parser = extension_name)]
     pub ignore_extensions: Vec<String>,
@@ -55,8 +61,13 @@ impl ReadArgs {
     pub fn resolve(&self) -> ReadOptions {
         let (degenerate, allow_outside, scene, vertices) =
             (self.degenerate, self.allow_outside, self.scene, self.vertices);
-        let ignore_extensions = self.ignored();
-        ReadOptions { degenerate, allow_outside, scene, ignore_extensions, vertices, ..ReadOptions::default() }
+        let (ignore_extensions, moment) = (self.ignored(), self.moment());
+        ReadOptions { degenerate, allow_outside, scene, moment, ignore_extensions, vertices, ..ReadOptions::default() }
+    }
+
+    fn moment(&self) -> Option<Moment> {
+        let is_posed = self.animation.is_some() || self.time.is_some();
+        is_posed.then(|| Moment { animation: self.animation.clone().unwrap_or_default(), time: self.time })
     }
 
     /// The names in one order, each once, however they were given.
@@ -64,10 +75,16 @@ impl ReadArgs {
         self.ignore_extensions.iter().cloned().collect::<BTreeSet<_>>().into_iter().collect()
     }
 
-    /// Refuse to choose a scene of a model that has none to choose from. `content` is the model itself where it came from standard input.
+    /// Refuse to choose a scene or an animation of a model that has none to choose from. `content` is the model itself where it came from standard input.
     /// The format of a file is told as the reader tells it.
     pub fn suit(&self, model: &Path, content: Option<&[u8]>) -> Result<(), Failure> {
-        let Some(scene) = self.scene else { return Ok(()) };
+        let chosen = [
+            ("--scene", "scenes", self.scene.map(|number| format!("--scene {number}"))),
+            ("--clip", "animations", self.animation.as_ref().map(|_| "--clip".to_owned())),
+            ("--time", "animations", self.time.map(|time| format!("--time {time}"))),
+        ];
+        let chosen = chosen.into_iter().find_map(|(flag, things, given)| Some((flag, things, given?)));
+        let Some((flag, things, given)) = chosen else { return Ok(()) };
         let format = match content {
             Some(bytes) => self.input_format.map(Format::from).or_else(|| Format::sniff(bytes)),
             None => Format::from_extension(model).or_else(|| Format::sniff(&std::fs::read(model).ok()?)),
@@ -75,9 +92,20 @@ impl ReadArgs {
         if format != Some(Format::Obj) {
             return Ok(());
         }
-        Err(Failure::new(Exit::Usage, format!("cannot read {} with --scene {scene}", names::path(model)))
-            .fact("it is an OBJ model, which has no scenes; only glTF models have")
-            .help("leave out --scene"))
+        Err(Failure::new(Exit::Usage, format!("cannot read {} with {given}", names::path(model)))
+            .fact(format!("it is an OBJ model, which has no {things}; only glTF models have"))
+            .help(format!("leave out {flag}")))
+    }
+}
+
+/// Digits are a number, all else is a name.
+fn animation_choice(text: &str) -> Result<AnimationChoice, String> {
+    match text {
+        "" => Err("an animation has a name or a number".to_owned()),
+        _ if text.bytes().all(|b| b.is_ascii_digit()) => {
+            text.parse().map(AnimationChoice::Number).map_err(|_| format!("no file has so many animations as {text}"))
+        }
+        _ => Ok(AnimationChoice::Name(text.to_owned())),
     }
 }
 
