@@ -4,6 +4,7 @@
 //! range, every position that a triangle uses is finite, and every transform is finite and invertible. What was dropped is counted
 //! in [`ReadReport`]. Builders know no files; this room knows no trees.
 
+mod bounds;
 mod collinear;
 mod error;
 mod gltf;
@@ -13,12 +14,15 @@ mod place;
 mod pose;
 mod precision;
 mod read;
+mod renumber;
+mod resemblance;
 mod sanitize;
 mod source;
 mod validate;
 
+pub(crate) use bounds::Bounds;
 pub(crate) use collinear::is_collinear;
-pub use error::{ErrorKind, Resemblance, SceneError};
+pub use error::{ErrorKind, SceneError};
 #[cfg(any(feature = "cli", test))]
 pub(crate) use gltf::{EXTENSIONS as GLTF_EXTENSIONS, Treatment};
 pub use options::{Degenerate, Format, ReadOptions};
@@ -26,6 +30,8 @@ pub use precision::Loss;
 pub(crate) use precision::local_origin;
 pub(crate) use precision::shortest_edges;
 pub use read::{read, read_bytes, read_with};
+pub(crate) use renumber::{renumber, retain_numbered};
+pub use resemblance::Resemblance;
 pub(crate) use sanitize::drop_triangles;
 pub use source::Progress;
 pub use validate::GeometryError;

@@ -1,6 +1,7 @@
 //! What storing corners in 32 bits does to a mesh's shape, and from where to measure them so that it does least.
 
-use super::Mesh;
+use super::bounds::Bounds;
+use super::{Mesh, Rounding};
 use crate::geom::vector::sub;
 
 /// How far corners move when they are stored, held against the triangles that they belong to.
@@ -91,8 +92,8 @@ fn length(v: [f64; 3]) -> f64 {
 
 /// Where to measure the points of a box from, so that 32 bits hold them well: near its middle, at multiples of the power of two below its
 /// longest side, so that round numbers stay round. The origin itself for a box that lies around it. Each coordinate is an `f32`.
-pub fn local_origin([min, max]: [[f64; 3]; 2]) -> [f64; 3] {
-    let longest = (0..3).map(|a| max[a] - min[a]).fold(0.0, f64::max);
+pub(crate) fn local_origin(bounds: Bounds) -> [f64; 3] {
+    let (Bounds { min, max }, longest) = (bounds, bounds.longest());
     if !longest.is_finite() {
         return [0.0; 3];
     }
@@ -151,18 +152,13 @@ mod tests {
         [0, 1, 2].map(|a| f64::from((p[a] - origin[a]) as f32) + origin[a])
     }
 
-    fn bounds(positions: &[[f64; 3]]) -> [[f64; 3]; 2] {
-        let fold = |f: fn(f64, f64) -> f64| [0, 1, 2].map(|a| positions.iter().map(|p| p[a]).reduce(f).unwrap());
-        [fold(f64::min), fold(f64::max)]
-    }
-
     #[test]
     fn a_far_patch_loses_its_shape_and_keeps_it_about_an_origin_of_its_own() {
         let (positions, triangles) = patch(20, 0.1, [500_123.26, 102.51, -4_649_776.77]);
         let exact = |v: u32| positions[v as usize];
         let lost = Loss::of(&triangles, usize::MAX, exact, |v| about([0.0; 3], exact(v)));
         assert!(lost.share > 0.9 && (0.1..0.3).contains(&lost.farthest) && (lost.edge - 0.1).abs() < 1e-6, "{lost:?}");
-        let origin = local_origin(bounds(&positions));
+        let origin = local_origin(Bounds::of(positions.clone()));
         assert_eq!(origin, [500_124.0, 102.0, -4_649_776.0]);
         let kept = Loss::of(&triangles, usize::MAX, exact, |v| about(origin, exact(v)));
         assert!(kept.is_tolerable() && kept.share < 1e-5, "{kept:?}");
@@ -173,7 +169,7 @@ mod tests {
     #[test]
     fn a_model_about_the_origin_keeps_its_shape_there() {
         let (positions, triangles) = patch(300, 0.1, [-20.0, 0.0, -7.0]);
-        assert_eq!(local_origin(bounds(&positions)), [0.0; 3]);
+        assert_eq!(local_origin(Bounds::of(positions.clone())), [0.0; 3]);
         let exact = |v: u32| positions[v as usize];
         let (all, some) = (
             Loss::of(&triangles, usize::MAX, exact, |v| about([0.0; 3], exact(v))),
@@ -186,7 +182,7 @@ mod tests {
     fn origins_are_floats_for_boxes_of_any_size() {
         for side in [0.0, 1e-30, 1e-3, 1.0, 777.0, 1e9, 1e38] {
             for at in [0.0, -3.7, 4_649_776.77, -1e12, 2e38] {
-                let origin = local_origin([[at; 3], [at + side; 3]]);
+                let origin = local_origin(Bounds { min: [at; 3], max: [at + side; 3] });
                 assert!(
                     origin.iter().all(|c| f64::from(*c as f32) == *c && c.is_finite()),
                     "{side} at {at}: {origin:?}"

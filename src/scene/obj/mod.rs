@@ -30,6 +30,7 @@ use super::precision::{self, Loss};
 use super::source::Source;
 use super::{Instance, Mesh, Part, Rounding, Scene, SceneError};
 use crate::geom::{Affine, Point};
+use super::bounds::Bounds;
 use corners::Corners;
 use polygon::Triangulator;
 use statements::{PartName, Statements};
@@ -120,10 +121,7 @@ fn origin_for(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ([f64; 3], Roun
     }
     let is_usable = |v: &u32| exact(*v).iter().all(|c| (*c as f32).is_finite());
     let used = triangles.iter().filter(|t| t.iter().all(is_usable)).flatten();
-    let bounds = used.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[min, max], v| {
-        let p = exact(*v);
-        [[0, 1, 2].map(|a| min[a].min(p[a])), [0, 1, 2].map(|a| max[a].max(p[a]))]
-    });
+    let bounds = Bounds::of(used.map(|v| exact(*v)));
     let [near, far] =
         [precision::local_origin(bounds), [0.0; 3]].map(|o| (o, Loss::of(triangles, usize::MAX, exact, about(o))));
     let (origin, loss) = if near.1.share < far.1.share { near } else { far };
