@@ -178,6 +178,8 @@ pub struct ReadReport {
     pub unweighted_vertices: u64,
     /// Morph weights other than 0 that find no target.
     pub unapplied_morph_weights: u64,
+    /// glTF primitives with a material that is not there: their parts have none.
+    pub absent_materials: u64,
     /// glTF nodes with a mesh that `KHR_node_visibility` hides.
     pub hidden_nodes: u64,
     /// glTF extensions that may place triangles and are not heeded: those that the caller ignores though the file requires them, and those

@@ -18,9 +18,11 @@ mod data_uri;
 mod document;
 mod extensions;
 mod instancing;
+mod morph;
 mod nodes;
 mod pose;
 mod primitive;
+mod reader;
 mod reference;
 mod skin;
 mod vertices;
@@ -29,6 +31,7 @@ mod whole;
 #[cfg(any(feature = "cli", test))]
 pub use extensions::{EXTENSIONS, Treatment};
 
+use super::precision::worst_rounding;
 use super::source::Source;
 use super::{Instance, Scene, SceneError};
 use crate::geom::Affine;
@@ -36,18 +39,20 @@ use buffers::Buffers;
 use document::Document;
 use nodes::Shown;
 use pose::{Pose, Stage};
+use reader::Reader;
 use std::collections::BTreeMap;
 
 pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneError> {
     let (json, binary) = container::split(&bytes, source.path)?;
     let document = Document::parse(json, source)?;
-    let mut buffers = Buffers::new(&document, binary);
+    let buffers = Buffers::new(&document, binary);
+    let mut reader = Reader { document: &document, buffers, source };
     let mut scene = Scene::default();
     scene.report.unplayed_animations = document.animation_count;
     scene.report.ignored_extensions.clone_from(&document.ignored_extensions);
-    let mut layout = nodes::layout(&document, source)?;
+    let mut layout = nodes::layout(&document, reader.source)?;
     scene.report.hidden_nodes = layout.hidden;
-    let stage = Stage::at_rest(&document, &mut layout, &mut buffers, source)?;
+    let mut stage = Stage::at_rest(&mut reader, &mut layout)?;
 
     // Give each pose of each mesh a number, in the order in which they are shown, and place its instances.
     let mut numbers: BTreeMap<(u32, Pose), u32> = BTreeMap::new();
@@ -59,7 +64,7 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
             poses.push(posed);
         }
         let is_skinned = poses[number as usize].1.skin.is_some();
-        place(&document, shown, number, is_skinned, &stage, &mut buffers, source, &mut scene)?;
+        place(&mut reader, shown, number, is_skinned, &stage, &mut scene)?;
     }
 
     // Read them in the order of the file's meshes, and let the instances name them by their new numbers.
@@ -68,8 +73,7 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
     let mut read: Vec<(u32, Option<Affine>)> = vec![(0, None); poses.len()];
     for number in order {
         let (index, pose) = &poses[number as usize];
-        let (mesh, transform) =
-            primitive::mesh(&document, *index as usize, (pose, &stage), &mut buffers, source, &mut scene.report)?;
+        let (mesh, transform) = primitive::mesh(&mut reader, *index as usize, (pose, &stage), &mut scene.report)?;
         read[number as usize] = (scene.meshes.len() as u32, transform);
         scene.meshes.push(mesh);
     }
@@ -78,34 +82,32 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
         instance.mesh = mesh;
         instance.transform = transform.unwrap_or(instance.transform);
     }
+    scene.rounding = worst_rounding(&scene.meshes);
     Ok(scene)
 }
 
 /// Add the instances of a node's mesh: one, or one for each element of `EXT_mesh_gpu_instancing`. That extension says nothing on skins:
 /// a skinned mesh stands once, where its joints put it, and is counted.
-#[allow(clippy::too_many_arguments)] // what is shown, where, and by whom
 fn place(
-    document: &Document,
+    reader: &mut Reader,
     shown: &Shown,
     number: u32,
     is_skinned: bool,
     stage: &Stage,
-    buffers: &mut Buffers,
-    source: &mut Source,
     scene: &mut Scene,
 ) -> Result<(), SceneError> {
-    let node = &document.nodes[shown.node as usize];
-    let before = source.passing();
+    let node = &reader.document.nodes[shown.node as usize];
+    let before = reader.source.passing();
     let places = if is_skinned {
-        scene.report.uninstanced_skins += u64::from(instancing::is_instanced(node, source));
+        scene.report.uninstanced_skins += u64::from(instancing::is_instanced(node, reader.source));
         None
     } else {
-        instancing::places(document, node, shown.node, buffers, source)?
+        instancing::places(reader, node, shown.node)?
     };
-    let places_bytes = source.passing() - before;
+    let places_bytes = reader.source.passing() - before;
     let places = places.unwrap_or_else(|| vec![Affine::IDENTITY]);
     let name = node.name.clone().unwrap_or_default();
-    source.charge((places.len() * (size_of::<Instance>() + name.len())) as u64, "the instances")?;
+    reader.source.charge((places.len() * (size_of::<Instance>() + name.len())) as u64, "the instances")?;
     let to_world = stage.to_world[shown.node as usize];
     scene.instances.extend(places.iter().map(|place| Instance {
         mesh: number,
@@ -113,7 +115,7 @@ fn place(
         node: shown.node,
         name: name.clone(),
     }));
-    source.release(places_bytes);
+    reader.source.release(places_bytes);
     Ok(())
 }
 

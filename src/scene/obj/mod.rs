@@ -115,7 +115,7 @@ fn origin_for(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ([f64; 3], Roun
         }
     };
     let from_zero = Loss::of(triangles, Loss::SAMPLE, exact, about([0.0; 3]));
-    let rounded_before = precision::rounded_before(triangles, exact, from_zero.edge);
+    let rounded_before = precision::rounded_before(triangles, exact, from_zero.edge, 0.0);
     if from_zero.is_tolerable() {
         return ([0.0; 3], Rounding { loss: from_zero, rounded_before });
     }
