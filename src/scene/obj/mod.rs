@@ -19,26 +19,35 @@
 //! the model, and the instance puts the mesh back there.
 
 mod corners;
+mod face;
+mod keyword;
+mod lines;
 mod names;
+mod parts;
+mod plain;
 mod polygon;
+mod position;
 mod statements;
 mod words;
 
+use super::bounds::Bounds;
 use super::options::without_padding;
 use super::pose::split_all;
 use super::precision::{self, Loss};
 use super::source::Source;
 use super::{Instance, Mesh, Part, Rounding, Scene, SceneError};
 use crate::geom::{Affine, Point};
-use super::bounds::Bounds;
 use corners::Corners;
+use lines::line_of;
+use parts::PartName;
 use polygon::Triangulator;
-use statements::{PartName, Statements};
+use statements::Statements;
 
 pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneError> {
     let text = without_padding(&bytes);
-    if let Some(nul) = text.iter().position(|b| *b == 0) {
-        let line = 1 + text[..nul].iter().filter(|b| **b == b'\n').count() as u64;
+    // Most texts have none, and `contains` is many times faster than a search for its place.
+    if text.contains(&0) {
+        let line = line_of(text, text.iter().position(|b| *b == 0).unwrap_or_default());
         let reason = "it has a NUL byte, so it is binary data or damaged, and an OBJ model is text";
         return Err(SceneError::malformed_line(source.path, line, reason));
     }
@@ -53,7 +62,7 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
     let mut mesh =
         Mesh { name: source.path.file_stem().unwrap_or_default().to_string_lossy().into(), ..Mesh::default() };
     let mut positions: Vec<[f64; 3]> = Vec::new();
-    let mut cut = Triangulator::default();
+    let mut cut = Triangulator::new(polygon::MAX_LARGE_WORK);
     let mut corners = source.options.vertices.then(|| Corners::new(gaps));
     for tobj::Model { mesh: model, name } in models {
         let count = positions.len() as u64 + model.positions.len() as u64 / 3;
@@ -170,7 +179,7 @@ fn add_faces(
                 path: source.path.to_owned(),
                 what: "its large faces are too many to cut into triangles: their squared numbers of corners add up to more"
                     .into(),
-                limit: polygon::MAX_LARGE_WORK,
+                limit: cut.allowance,
             });
         }
         let before = mesh.triangles.len();
