@@ -146,6 +146,19 @@ fn what_cannot_be_placed_is_refused() {
 }
 
 #[test]
+fn meshes_with_and_without_the_numbers_of_vertices_do_not_mix() {
+    let mut numbered = strip("numbered", 3);
+    numbered.vertices.clone_from(&numbered.triangles);
+    let both =
+        |second: Mesh| scene(vec![numbered.clone(), second], vec![place(0, 0, shift(0.0)), place(1, 1, shift(9.0))]);
+    for levels in [Levels::Auto, Levels::One, Levels::Two] {
+        assert!(matches!(run(both(strip("plain", 2)), levels), Err(BuildError::NoVertices)));
+        assert!(run(both(numbered.clone()), levels).is_ok());
+        assert!(run(both(Mesh::default()), levels).is_ok(), "without triangles there is nothing to number");
+    }
+}
+
+#[test]
 fn too_many_instanced_triangles_are_refused_before_memory_is_asked_for() {
     let instances = (0..40_000).map(|i| place(0, i, shift(f64::from(i)))).collect();
     match run(scene(vec![strip("a", 60_000)], instances), Levels::One) {

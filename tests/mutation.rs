@@ -39,6 +39,32 @@ fn every_rule_finds_the_file_that_breaks_it_and_nothing_else() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// What a section says is compared with the model only where the section itself is sound.
+#[test]
+fn damaged_origins_break_the_rule_of_their_section_alone() {
+    let mut mesh = scenes::sheet(2, 0.0);
+    let part = &mut mesh.parts[0];
+    (part.baked_node, part.mirrored, part.material) = (Some(2), true, "oak".into());
+    let tree = scenes::tree(&mesh, 1);
+    let sound = vectors_bytes::file(&scenes::one_level(mesh.clone(), tree));
+    let (meshes, inputs) = ([mesh], scenes::inputs());
+    let found = |file: &[u8]| {
+        let source = Source { meshes: &meshes, instances: None, inputs: &inputs };
+        let report = check_bytes(file, Level::Source, Some(&source), &Limits::default(), &Executor::current());
+        report.counts().map(|(rule, _)| rule.id).collect::<Vec<&str>>()
+    };
+    assert_eq!(found(&sound), [""; 0]);
+    for (kind, rule, byte, value) in [(SectionKind::MATS, "E0210", 8, 200), (SectionKind::SIDE, "E0324", 0, 3)] {
+        let mut damaged = sound.clone();
+        vectors_bytes::stored(&mut damaged, kind)[byte] = value;
+        assert_eq!(found(&damaged), ["E0201"], "{kind}");
+        assert_eq!(found(&vectors_bytes::refix(damaged)), [rule], "{kind}");
+    }
+    let (header, mut sections) = vectors_bytes::take_apart(&sound);
+    sections.iter_mut().filter(|(e, _)| e.kind == SectionKind::SIDE).for_each(|(_, data)| data.extend([0; 4]));
+    assert_eq!(found(&vectors_bytes::put_together(header, sections)), ["E0324"]);
+}
+
 #[test]
 fn no_rule_is_without_its_file() {
     let mut made: BTreeMap<&str, u32> = BTreeMap::new();

@@ -28,6 +28,7 @@ pub fn provenance(recipe: Recipe, inputs: &[InputFile], report: &ReadReport) -> 
         ("uninstanced_skins", report.uninstanced_skins),
         ("unweighted_vertices", report.unweighted_vertices),
         ("unapplied_morph_weights", report.unapplied_morph_weights),
+        ("absent_materials", report.absent_materials),
         ("hidden_nodes", report.hidden_nodes),
     ];
     let read_counts = always.into_iter().chain(seldom.into_iter().filter(|(_, count)| *count > 0));

@@ -5,6 +5,14 @@ use crate::exec::Executor;
 use crate::geom::{Affine, Point};
 use crate::scene::{Degenerate, Instance, Mesh, Part, drop_triangles, is_collinear};
 
+/// What baking makes.
+pub(super) enum Baked {
+    /// The mesh as it was: an empty one stands in its place.
+    Taken(Mesh),
+    /// A copy, moved.
+    Moved(Mesh),
+}
+
 /// Merge instances, in order, into one mesh whose coordinates are measured from `origin`.
 ///
 /// Each vertex is moved in `f64` and rounded once. A mirroring transform turns a triangle's winding around and that is
@@ -17,7 +25,7 @@ pub(super) fn bake(
     origin: [f64; 3],
     told: bool,
     exec: &Executor,
-) -> Result<Mesh, BuildError> {
+) -> Result<Baked, BuildError> {
     if let [only] = instances
         && only.transform.about(origin) == Affine::IDENTITY
     {
@@ -27,7 +35,7 @@ pub(super) fn bake(
                 .iter_mut()
                 .for_each(|part| part.baked_node = Some(only.node).filter(|n| *n != Instance::NO_NODE));
         }
-        return Ok(mesh);
+        return Ok(Baked::Taken(mesh));
     }
 
     // Both counts must fit 32-bit indices.
@@ -56,7 +64,7 @@ pub(super) fn bake(
         append(&mut out, &meshes[instance.mesh as usize], instance, origin, exec)
             .ok_or(BuildError::OutOfRange { instance: index, mesh: instance.mesh })?;
     }
-    Ok(out)
+    Ok(Baked::Moved(out))
 }
 
 /// Apply the policy to triangles that have lost their area where the instances put them, and count those.

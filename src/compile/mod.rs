@@ -7,12 +7,12 @@ mod tree;
 
 pub use self::tree::{build_tree, decide_tree};
 
-use self::bake::{bake, drop_collapsed};
+use self::bake::{Baked, bake, drop_collapsed};
 use self::plan::{Plan, loss_about, shift_meshes, visible};
 use crate::build::{self, BuildError, BuildOptions, Progress, Remedy, tlas};
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
-use crate::scene::{Instance, Loss, Mesh, Part, Scene};
+use crate::scene::{Instance, Loss, Mesh, Part, Scene, renumber, retain_numbered};
 use crate::search;
 use crate::tree::{Accel, Tree};
 
@@ -127,13 +127,14 @@ pub fn lay_out(scene: Scene, options: &BuildOptions, exec: &Executor) -> Result<
     let mut placing = Placing { notes: plan.notes(), ..Placing::default() };
     let mut merge = |some: &[&Instance], origin: [f64; 3], told: bool, meshes: &mut [Mesh]| {
         placing.note(worst_about(some, meshes, origin));
-        let mut mesh = exec.run(|| bake(meshes, some, origin, told, exec))?;
-        // What was taken as it is has lost nothing.
-        let moved = some.iter().all(|i| !meshes[i.mesh as usize].triangles.is_empty());
-        if moved {
-            placing.collapsed += exec.run(|| drop_collapsed(&mut mesh, meshes, some, policy, exec))?;
+        match exec.run(|| bake(meshes, some, origin, told, exec))? {
+            // It has lost nothing.
+            Baked::Taken(mesh) => Ok(mesh),
+            Baked::Moved(mut mesh) => {
+                placing.collapsed += exec.run(|| drop_collapsed(&mut mesh, meshes, some, policy, exec))?;
+                Ok::<Mesh, BuildError>(mesh)
+            }
         }
-        Ok::<Mesh, BuildError>(mesh)
     };
     let laid = match plan {
         Plan::One => {
@@ -196,24 +197,16 @@ impl Placing {
 
 /// Leave out meshes that lost all their triangles, with their instances.
 fn without_empty(laid: LaidOut) -> LaidOut {
-    if laid.meshes.iter().all(|m| !m.triangles.is_empty()) {
-        return laid;
-    }
-    let mut kept = 0;
-    let numbers: Vec<Option<u32>> = laid
-        .meshes
-        .iter()
-        .map(|m| {
-            let number = (!m.triangles.is_empty()).then_some(kept);
-            kept += u32::from(number.is_some());
-            number
-        })
-        .collect();
-    let meshes: Vec<Mesh> = laid.meshes.into_iter().filter(|m| !m.triangles.is_empty()).collect();
-    let renumber = |i: Instance| numbers[i.mesh as usize].map(|mesh| Instance { mesh, ..i });
-    let instances = laid.instances.map(|all| all.into_iter().filter_map(renumber).collect::<Vec<_>>());
-    let instances = instances.filter(|some| !some.is_empty());
-    LaidOut { meshes, instances, placing: laid.placing }
+    let LaidOut { mut meshes, instances, placing } = laid;
+    let numbers = renumber(meshes.iter().map(|m| !m.triangles.is_empty()));
+    retain_numbered(&mut meshes, &numbers);
+    let instances = instances.map(|all| instances_of(all, &numbers)).filter(|some| !some.is_empty());
+    LaidOut { meshes, instances, placing }
+}
+
+/// The instances of the meshes that have a new number, by that.
+fn instances_of(instances: Vec<Instance>, numbers: &[Option<u32>]) -> Vec<Instance> {
+    instances.into_iter().filter_map(|i| numbers[i.mesh as usize].map(|mesh| Instance { mesh, ..i })).collect()
 }
 
 fn triangles(mesh: &Mesh) -> u64 {
@@ -232,23 +225,12 @@ fn used_meshes(scene: &Scene) -> Vec<bool> {
 
 /// The meshes that some instance shows, the instances that show something, and both renumbered to each other.
 fn keep_visible(scene: Scene) -> (Vec<Mesh>, Vec<Instance>) {
-    let count = scene.meshes.len();
     let used = used_meshes(&scene);
-    let mut renumbered = vec![None; count];
-    let mut meshes = Vec::new();
-    for (old, mut mesh) in scene.meshes.into_iter().enumerate() {
-        if used[old] && !mesh.triangles.is_empty() {
-            renumbered[old] = Some(meshes.len() as u32);
-            cover_with_parts(&mut mesh);
-            meshes.push(mesh);
-        }
-    }
-    let instances = scene
-        .instances
-        .into_iter()
-        .filter_map(|i| renumbered[i.mesh as usize].map(|mesh| Instance { mesh, ..i }))
-        .collect();
-    (meshes, instances)
+    let Scene { mut meshes, instances, .. } = scene;
+    let numbers = renumber(meshes.iter().zip(used).map(|(mesh, used)| used && !mesh.triangles.is_empty()));
+    retain_numbered(&mut meshes, &numbers);
+    meshes.iter_mut().for_each(cover_with_parts);
+    (meshes, instances_of(instances, &numbers))
 }
 
 /// A mesh made by hand may name no parts; the file's tables want every triangle in one.

@@ -1,11 +1,11 @@
 //! How well 32-bit matrices place a mesh.
 
 use crate::geom::{Aabb, Affine, Point};
-use crate::scene::{Loss, Mesh, shortest_edges};
+use crate::scene::{Bounds, Loss, Mesh, shortest_edges};
 
 /// How small a mesh's triangles are: enough to tell what moving all of it by some distance is worth.
 pub(super) struct Grain {
-    pub bounds: [[f64; 3]; 2],
+    pub bounds: Bounds,
     /// Shortest edges of some triangles, ascending, and for each the sum of the reciprocals from it on.
     edges: Vec<f64>,
     reciprocals: Vec<f64>,
@@ -36,12 +36,9 @@ impl Grain {
         }
         let back = Affine::from_f32(&transform.to_f32()).inverse().map(|inverse| Affine::from_f32(&inverse.to_f32()));
         let farthest = back.map_or(f64::INFINITY, |back| {
-            let [min, max] = &self.bounds;
-            let corner = |k: usize| [0, 1, 2].map(|a| if k >> a & 1 == 0 { min[a] } else { max[a] });
             // An affine map moves no point of a box farther than one of its corners.
-            (0..8)
-                .map(|k| distance(back.transform_point(transform.transform_point(corner(k))), corner(k)))
-                .fold(0.0, f64::max)
+            let moved = |p: [f64; 3]| distance(back.transform_point(transform.transform_point(p)), p);
+            self.bounds.corners().into_iter().map(moved).fold(0.0, f64::max)
         });
         Loss { farthest, edge: *edge, share: self.share(farthest) }
     }
@@ -65,20 +62,19 @@ pub(super) fn vertex(mesh: &Mesh, v: u32) -> Point {
 }
 
 /// The box of what a mesh's triangles use.
-pub(super) fn mesh_box(mesh: &Mesh) -> [[f64; 3]; 2] {
+pub(super) fn mesh_box(mesh: &Mesh) -> Bounds {
     // Whatever a scene is that nobody has validated yet, measuring it does no harm.
     let used = mesh.triangles.iter().flatten().filter_map(|v| mesh.positions.get(*v as usize).copied());
-    let Aabb { min, max } = used.fold(Aabb::EMPTY, Aabb::grow);
-    [min.map(f64::from), max.map(f64::from)]
+    used.fold(Aabb::EMPTY, Aabb::grow).into()
 }
 
 /// A box of the world that contains a moved one.
-pub(super) fn world_box([min, max]: &[[f64; 3]; 2], transform: &Affine) -> [[f64; 3]; 2] {
-    let mut out = [[0.0; 3]; 2];
+pub(super) fn world_box(Bounds { min, max }: &Bounds, transform: &Affine) -> Bounds {
+    let mut out = Bounds { min: [0.0; 3], max: [0.0; 3] };
     for (a, row) in transform.rows.iter().enumerate() {
         let ends = [0, 1, 2].map(|c| [row[c] * min[c], row[c] * max[c]]);
-        out[0][a] = row[3] + ends.iter().map(|[x, y]| x.min(*y)).sum::<f64>();
-        out[1][a] = row[3] + ends.iter().map(|[x, y]| x.max(*y)).sum::<f64>();
+        out.min[a] = row[3] + ends.iter().map(|[x, y]| x.min(*y)).sum::<f64>();
+        out.max[a] = row[3] + ends.iter().map(|[x, y]| x.max(*y)).sum::<f64>();
     }
     out
 }
@@ -113,7 +109,7 @@ mod tests {
     #[test]
     fn matrices_of_floats_lose_nothing_and_others_what_rounding_is_worth() {
         let grain = Grain::new(&mesh());
-        assert_eq!(grain.bounds, [[0.0; 3], [4.0, 1.0, 0.0]]);
+        assert_eq!(grain.bounds, Bounds { min: [0.0; 3], max: [4.0, 1.0, 0.0] });
         for exact in [Affine::IDENTITY, Affine::translation([500_123.25, 0.0, -4_649_776.5])] {
             assert_eq!(grain.loss_by_matrix(&exact).farthest, 0.0);
         }

@@ -9,7 +9,7 @@ use super::LaidOut;
 use super::place::{Grain, mesh_box, vertex, world_box};
 use crate::build::Levels;
 use crate::geom::Affine;
-use crate::scene::{Instance, Loss, Mesh, Scene, local_origin};
+use crate::scene::{Bounds, Instance, Loss, Mesh, Scene, local_origin};
 
 /// What the trees hold. Instances are numbered without those that show no triangle.
 #[derive(Clone, Debug, PartialEq)]
@@ -162,12 +162,8 @@ fn common_origin(some: &[usize], visible: &[(&Instance, &Mesh)]) -> [f64; 3] {
     {
         return origin;
     }
-    let start = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    local_origin(some.iter().fold(start, |[min, max], i| {
-        let (instance, mesh) = visible[*i];
-        let [low, high] = world_box(&mesh_box(mesh), &instance.transform);
-        [[0, 1, 2].map(|a| min[a].min(low[a])), [0, 1, 2].map(|a| max[a].max(high[a]))]
-    }))
+    let world_box = |i: &usize| world_box(&mesh_box(visible[*i].1), &visible[*i].0.transform);
+    local_origin(some.iter().map(world_box).fold(Bounds::EMPTY, Bounds::union))
 }
 
 /// The translation that a matrix is, if it is nothing else and 32 bits hold it.

@@ -1,4 +1,5 @@
 use super::animation::{Animation, AnimationChoice};
+use super::resemblance::Resemblance;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -159,49 +160,6 @@ pub enum SceneError {
         /// The largest number.
         limit: u64,
     },
-}
-
-/// What a file that is no OBJ model looks like.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Resemblance {
-    /// The pointer that Git LFS leaves in the place of a large file.
-    LfsPointer,
-    /// HTML or XML.
-    WebPage,
-    /// An OBJ with keywords in capitals.
-    Capitals,
-    /// JSON, so perhaps a glTF.
-    Json,
-    /// Nothing that is known.
-    Nothing,
-}
-
-impl Resemblance {
-    /// What servers and version control leave in the place of a file, by how it begins.
-    pub(super) fn of_stand_in(bytes: &[u8]) -> Option<Resemblance> {
-        let text = bytes.trim_ascii_start();
-        let begins = |with: &[u8]| text.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with));
-        if begins(b"version https://git-lfs") {
-            Some(Resemblance::LfsPointer)
-        } else if begins(b"<!doctype") || begins(b"<html") || begins(b"<?xml") {
-            Some(Resemblance::WebPage)
-        } else {
-            None
-        }
-    }
-}
-
-impl fmt::Display for Resemblance {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            Resemblance::LfsPointer => "a Git LFS pointer",
-            Resemblance::WebPage => "a web page",
-            Resemblance::Capitals => "an OBJ in capitals",
-            Resemblance::Json => "JSON",
-            Resemblance::Nothing => "something else",
-        })
-    }
 }
 
 /// What a caller can do about a [`SceneError`]; the command line maps each kind to one exit code.

@@ -5,6 +5,7 @@
 //! in [`ReadReport`]. Builders know no files; this room knows no trees.
 
 mod animation;
+mod bounds;
 mod collinear;
 mod error;
 mod excerpt;
@@ -15,13 +16,16 @@ mod place;
 mod pose;
 mod precision;
 mod read;
+mod renumber;
+mod resemblance;
 mod sanitize;
 mod source;
 mod validate;
 
 pub use animation::{Animation, AnimationChoice, KeyTimes, Moment, Posed, Seconds};
+pub(crate) use bounds::Bounds;
 pub(crate) use collinear::is_collinear;
-pub use error::{ErrorKind, Resemblance, SceneError};
+pub use error::{ErrorKind, SceneError};
 #[cfg(any(feature = "cli", test))]
 pub(crate) use gltf::{EXTENSIONS as GLTF_EXTENSIONS, Treatment};
 pub use options::{Degenerate, Format, ReadOptions};
@@ -29,6 +33,8 @@ pub use precision::Loss;
 pub(crate) use precision::local_origin;
 pub(crate) use precision::shortest_edges;
 pub use read::{animations, read, read_bytes, read_with};
+pub(crate) use renumber::{renumber, retain_numbered};
+pub use resemblance::Resemblance;
 pub(crate) use sanitize::drop_triangles;
 pub use source::Progress;
 pub use validate::GeometryError;
@@ -180,6 +186,8 @@ pub struct ReadReport {
     pub unweighted_vertices: u64,
     /// Morph weights other than 0 that find no target.
     pub unapplied_morph_weights: u64,
+    /// glTF primitives with a material that is not there: their parts have none.
+    pub absent_materials: u64,
     /// glTF nodes with a mesh that `KHR_node_visibility` hides.
     pub hidden_nodes: u64,
     /// glTF extensions that may place triangles and are not heeded: those that the caller ignores though the file requires them, and those

@@ -1,5 +1,6 @@
 //! Instances that a file cannot place as they are: transforms without inverse, and places beyond `f32`.
 
+use super::bounds::Bounds;
 use super::pose::Rounded;
 use super::source::Source;
 use super::{Mesh, Part, Scene, SceneError};
@@ -110,8 +111,8 @@ pub(super) fn drop_boundless(scene: &mut Scene) {
 
 /// The largest coordinate of a box's corners in world space.
 fn largest_coordinate(transform: &Affine, local: &Aabb) -> f64 {
-    let corner = |i: usize| [0, 1, 2].map(|k| f64::from(if i >> k & 1 == 0 { local.min[k] } else { local.max[k] }));
-    (0..8).flat_map(|i| transform.transform_point(corner(i))).fold(0.0, |most, c| c.abs().max(most))
+    let corners = Bounds::from(*local).corners();
+    corners.into_iter().flat_map(|p| transform.transform_point(p)).fold(0.0, |most, c| c.abs().max(most))
 }
 
 fn count_out_of_range(scene: &mut Scene, magnitude: f64) {

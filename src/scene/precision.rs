@@ -1,6 +1,7 @@
 //! What storing corners in 32 bits does to a mesh's shape, and from where to measure them so that it does least.
 
-use super::Mesh;
+use super::bounds::Bounds;
+use super::{Mesh, Rounding};
 use crate::geom::vector::sub;
 
 /// How far corners move when they are stored, held against the triangles that they belong to.
@@ -91,8 +92,8 @@ fn length(v: [f64; 3]) -> f64 {
 
 /// Where to measure the points of a box from, so that 32 bits hold them well: near its middle, at multiples of the power of two below its
 /// longest side, so that round numbers stay round. The origin itself for a box that lies around it. Each coordinate is an `f32`.
-pub fn local_origin([min, max]: [[f64; 3]; 2]) -> [f64; 3] {
-    let longest = (0..3).map(|a| max[a] - min[a]).fold(0.0, f64::max);
+pub(crate) fn local_origin(bounds: Bounds) -> [f64; 3] {
+    let (Bounds { min, max }, longest) = (bounds, bounds.longest());
     if !longest.is_finite() {
         return [0.0; 3];
     }
@@ -113,14 +114,21 @@ fn spacing(coordinate: f64) -> f64 {
 }
 
 /// How far apart 32-bit floats are where a model lies, if its positions are such floats although its triangles are not much larger:
-/// then it was rounded before it was written, and no reader gets its shape back.
-pub(crate) fn rounded_before(triangles: &[[u32; 3]], exact: impl Fn(u32) -> [f64; 3], edge: f64) -> Option<f64> {
+/// then it was rounded before it was written, and no reader gets its shape back. At least a share of `least` of its coordinates must be where
+/// floats are so far apart.
+pub(crate) fn rounded_before(
+    triangles: &[[u32; 3]],
+    exact: impl Fn(u32) -> [f64; 3],
+    edge: f64,
+    least: f64,
+) -> Option<f64> {
     // Without an edge there is no shape to lose.
     if edge <= 0.0 {
         return None;
     }
-    let (mut coarse, mut on_grid, mut widest) = (0u64, 0u64, 0.0f64);
+    let (mut all, mut coarse, mut on_grid, mut widest) = (0u64, 0u64, 0u64, 0.0f64);
     for coordinate in spread(triangles, Loss::SAMPLE).flat_map(|t| t.map(&exact)).flatten() {
+        all += 1;
         let apart = spacing(coordinate);
         if apart.is_finite() && apart > 0.25 * edge {
             coarse += 1;
@@ -129,7 +137,26 @@ pub(crate) fn rounded_before(triangles: &[[u32; 3]], exact: impl Fn(u32) -> [f64
             widest = widest.max(apart);
         }
     }
-    (coarse > 0 && on_grid >= coarse - coarse / 64).then_some(widest)
+    (coarse > 0 && coarse as f64 >= least * all as f64 && on_grid >= coarse - coarse / 64).then_some(widest)
+}
+
+/// What rounding cost the one of some meshes that lost most, whose file has 32-bit positions; nothing where none lost any.
+pub(super) fn worst_rounding(meshes: &[Mesh]) -> Rounding {
+    // Such a file's coordinates are floats wherever they are, so that a few far ones prove nothing.
+    const LEAST: f64 = 0.25;
+    let rounding = |mesh: &Mesh| {
+        let exact = |v: u32| mesh.exact_position(v as usize);
+        let loss = Loss::of(&mesh.triangles, Loss::SAMPLE, exact, |v| mesh.positions[v as usize].map(f64::from));
+        let is_posed = !mesh.remainders.is_empty();
+        let rounded_before = if is_posed { None } else { rounded_before(&mesh.triangles, exact, loss.edge, LEAST) };
+        Rounding { loss, rounded_before }
+    };
+    let cost = |r: &Rounding| {
+        let apart = r.rounded_before.map_or(0.0, |apart| apart / r.loss.edge);
+        if r.loss.is_tolerable() { (0.0, apart) } else { (r.loss.share, apart) }
+    };
+    let lost = meshes.iter().map(rounding).filter(|r| r.loss.farthest > 0.0 || r.rounded_before.is_some());
+    lost.reduce(|a, b| if cost(&b) > cost(&a) { b } else { a }).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -151,29 +178,24 @@ mod tests {
         [0, 1, 2].map(|a| f64::from((p[a] - origin[a]) as f32) + origin[a])
     }
 
-    fn bounds(positions: &[[f64; 3]]) -> [[f64; 3]; 2] {
-        let fold = |f: fn(f64, f64) -> f64| [0, 1, 2].map(|a| positions.iter().map(|p| p[a]).reduce(f).unwrap());
-        [fold(f64::min), fold(f64::max)]
-    }
-
     #[test]
     fn a_far_patch_loses_its_shape_and_keeps_it_about_an_origin_of_its_own() {
         let (positions, triangles) = patch(20, 0.1, [500_123.26, 102.51, -4_649_776.77]);
         let exact = |v: u32| positions[v as usize];
         let lost = Loss::of(&triangles, usize::MAX, exact, |v| about([0.0; 3], exact(v)));
         assert!(lost.share > 0.9 && (0.1..0.3).contains(&lost.farthest) && (lost.edge - 0.1).abs() < 1e-6, "{lost:?}");
-        let origin = local_origin(bounds(&positions));
+        let origin = local_origin(Bounds::of(positions.clone()));
         assert_eq!(origin, [500_124.0, 102.0, -4_649_776.0]);
         let kept = Loss::of(&triangles, usize::MAX, exact, |v| about(origin, exact(v)));
         assert!(kept.is_tolerable() && kept.share < 1e-5, "{kept:?}");
-        assert_eq!(rounded_before(&triangles, exact, 0.1), None);
-        assert_eq!(rounded_before(&[[0, 0, 0]], |_| [0.5, 0.0, 0.0], 0.0), None);
+        assert_eq!(rounded_before(&triangles, exact, 0.1, 0.0), None);
+        assert_eq!(rounded_before(&[[0, 0, 0]], |_| [0.5, 0.0, 0.0], 0.0, 0.0), None);
     }
 
     #[test]
     fn a_model_about_the_origin_keeps_its_shape_there() {
         let (positions, triangles) = patch(300, 0.1, [-20.0, 0.0, -7.0]);
-        assert_eq!(local_origin(bounds(&positions)), [0.0; 3]);
+        assert_eq!(local_origin(Bounds::of(positions.clone())), [0.0; 3]);
         let exact = |v: u32| positions[v as usize];
         let (all, some) = (
             Loss::of(&triangles, usize::MAX, exact, |v| about([0.0; 3], exact(v))),
@@ -186,7 +208,7 @@ mod tests {
     fn origins_are_floats_for_boxes_of_any_size() {
         for side in [0.0, 1e-30, 1e-3, 1.0, 777.0, 1e9, 1e38] {
             for at in [0.0, -3.7, 4_649_776.77, -1e12, 2e38] {
-                let origin = local_origin([[at; 3], [at + side; 3]]);
+                let origin = local_origin(Bounds { min: [at; 3], max: [at + side; 3] });
                 assert!(
                     origin.iter().all(|c| f64::from(*c as f32) == *c && c.is_finite()),
                     "{side} at {at}: {origin:?}"
@@ -201,7 +223,30 @@ mod tests {
         let (positions, triangles) = patch(20, 0.1, [500_123.26, 102.51, -4_649_776.77]);
         let printed = |c: f64| (f64::from(c as f32) * 1e4).round() / 1e4;
         let rounded = |v: u32| positions[v as usize].map(printed);
-        assert_eq!(rounded_before(&triangles, rounded, 0.1), Some(0.5));
+        assert_eq!(rounded_before(&triangles, rounded, 0.1, 0.0), Some(0.5));
+        // Two of three coordinates are far off.
+        assert_eq!(rounded_before(&triangles, rounded, 0.1, 0.6), Some(0.5));
+        assert_eq!(rounded_before(&triangles, rounded, 0.1, 0.7), None);
+    }
+
+    #[test]
+    fn the_mesh_that_lost_most_is_told_of_and_none_where_nothing_is_lost() {
+        let mesh = |at: [f64; 3]| {
+            let (positions, triangles) = patch(20, 0.1, at);
+            let positions = positions.iter().map(|p| p.map(|c| c as f32)).collect();
+            Mesh { positions, triangles, ..Mesh::default() }
+        };
+        let (near, far, farther) = (mesh([0.0; 3]), mesh([0.0, 0.0, 500_123.0]), mesh([0.0, 0.0, 5_001_230.0]));
+        assert_eq!(worst_rounding(std::slice::from_ref(&near)), Rounding::default());
+        assert_eq!(worst_rounding(&[]), Rounding::default());
+        assert_eq!(worst_rounding(&[near.clone(), far.clone()]).rounded_before, Some(0.03125));
+        let worst = worst_rounding(&[near.clone(), farther, far]);
+        assert_eq!(worst.rounded_before, Some(0.5));
+
+        // Remainders tell what rounding costs here.
+        let posed = |off: f32| Mesh { remainders: vec![[off, 0.0, 0.0]; near.positions.len()], ..near.clone() };
+        let worst = worst_rounding(&[posed(1e-9), posed(0.05), posed(0.01)]);
+        assert!((worst.loss.share - 0.5).abs() < 1e-3 && worst.rounded_before.is_none(), "{worst:?}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::collinear::is_collinear;
 use super::place;
+use super::renumber::{renumber, retain_numbered};
 use super::source::Source;
 use super::{Degenerate, Mesh, Part, Scene, SceneError};
 use crate::geom::Affine;
@@ -77,17 +78,9 @@ fn drop_unused_meshes(scene: &mut Scene) {
     if used.iter().all(|&u| u) {
         return;
     }
-    let mut kept = 0;
-    let renumbered: Vec<u32> = used
-        .iter()
-        .map(|&u| {
-            kept += u32::from(u);
-            kept.saturating_sub(1)
-        })
-        .collect();
-    let mut used = used.into_iter();
-    scene.meshes.retain(|_| used.next() == Some(true));
-    scene.instances.iter_mut().for_each(|i| i.mesh = renumbered[i.mesh as usize]);
+    let numbers = renumber(used);
+    retain_numbered(&mut scene.meshes, &numbers);
+    scene.instances.iter_mut().for_each(|i| i.mesh = numbers[i.mesh as usize].unwrap_or_default());
 }
 
 #[derive(Default)]
@@ -151,20 +144,12 @@ pub(crate) fn drop_triangles(mesh: &mut Mesh, dropped: &[u32]) {
 }
 
 fn compact_positions(mesh: &mut Mesh, referenced: &[bool]) {
-    let mut kept = 0u32;
-    let renumbered: Vec<u32> = referenced
-        .iter()
-        .map(|&r| {
-            kept += u32::from(r);
-            kept.wrapping_sub(1)
-        })
-        .collect();
+    let numbers = renumber(referenced.iter().copied());
     for points in [&mut mesh.positions, &mut mesh.remainders] {
-        let mut referenced = referenced.iter();
-        points.retain(|_| referenced.next() == Some(&true));
+        retain_numbered(points, &numbers);
         points.shrink_to_fit();
     }
-    mesh.triangles.iter_mut().flatten().for_each(|v| *v = renumbered[*v as usize]);
+    mesh.triangles.iter_mut().flatten().for_each(|v| *v = numbers[*v as usize].unwrap_or_default());
 }
 
 /// The mesh and part of source triangle `prim`, in words.

@@ -81,9 +81,7 @@ fn a_model_is_posed_at_a_moment_and_the_file_knows_which() {
 fn without_a_time_it_is_the_first_key_and_without_an_animation_the_only_one() {
     let place = Place::new();
     model(&place, "one", &["Rise"]);
-    for (args, z) in
-        [("--time 1.5", 0.5), ("--clip 0", 0.0), ("--clip Rise --time 2", 1.0), ("--time -3", 0.0)]
-    {
+    for (args, z) in [("--time 1.5", 0.5), ("--clip 0", 0.0), ("--clip Rise --time 2", 1.0), ("--time -3", 0.0)] {
         place.ok(&format!("build one.gltf -o a.bvhc {args}"));
         assert_eq!(height(&place, "a.bvhc"), z, "{args}");
         place.ok("check a.bvhc --source one.gltf");

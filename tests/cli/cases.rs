@@ -302,6 +302,8 @@ fn an_extension_that_moves_triangles_is_refused_where_required_and_else_told() {
     hold(&place, "a.gltf", "", &Refused(5, &["CESIUM_RTC"]));
     document(&place, "a.gltf", |d| rtc(d, &["extensionsUsed"]));
     hold(&place, "a.gltf", "", &Built(1, 1, UNIT, 0.0, &["CESIUM_RTC", "is ignored"]));
+    document(&place, "a.gltf", |d| rtc(d, &[]));
+    hold(&place, "a.gltf", "", &Built(1, 1, UNIT, 0.0, &["CESIUM_RTC", "is ignored"]));
     document(&place, "a.gltf", |d| {
         d["extensionsRequired"] = json!(["KHR_draco_mesh_compression", "KHR_materials_unlit"])
     });

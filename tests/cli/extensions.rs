@@ -74,6 +74,11 @@ fn what_a_still_build_leaves_out_is_said() {
             r#"{"mesh":0,"skin":0}],"skins":[{"joints":[0]}]"#,
             "1 node with a skin but without joints or weights: placed without the skin",
         ),
+        (
+            r#""attributes":"#,
+            r#""material":5,"attributes":"#,
+            "1 primitive with a material that is not there: left without one",
+        ),
     ] {
         model(&place, "m.gltf", from, to);
         let built = place.run("build m.gltf -o m.bvhc --force --json");

@@ -1,6 +1,7 @@
 use super::buffers::Buffers;
 use super::document::{Accessor, Document};
 use super::extensions::{MESHOPT, compressed};
+use super::reader::Reader;
 use crate::geom::Point;
 use crate::scene::SceneError;
 use crate::scene::error::clipped;
@@ -151,66 +152,47 @@ impl Encoding {
 
 /// Read an accessor of numbers, `N` to an element. Memory for the result is charged and stays charged.
 pub(super) fn numbers<const N: usize>(
-    document: &Document,
+    reader: &mut Reader,
     index: usize,
     shape: Shape,
-    buffers: &mut Buffers,
-    source: &mut Source,
 ) -> Result<Vec<[f64; N]>, SceneError> {
-    read(document, index, shape, buffers, source, [0.0; N], Encoding::numbers).map(|(values, _)| values)
+    read(reader, index, shape, [0.0; N], Encoding::numbers).map(|(values, _)| values)
 }
 
 /// Read an accessor of positions, rounded to `f32`, and what that leaves off, empty where nothing. Memory is charged and stays charged.
-pub(super) fn positions(
-    document: &Document,
-    index: usize,
-    buffers: &mut Buffers,
-    source: &mut Source,
-) -> Result<(Vec<Point>, Vec<Point>), SceneError> {
+pub(super) fn positions(reader: &mut Reader, index: usize) -> Result<(Vec<Point>, Vec<Point>), SceneError> {
     let shape = Shape::POSITIONS;
     let rounded = |encoding: Encoding, element: &[u8]| pose::split(encoding.numbers(element)).0;
     let left_off = |encoding: Encoding, element: &[u8]| pose::split(encoding.numbers(element)).1;
-    let (positions, encoding) = read(document, index, shape, buffers, source, Point::default(), rounded)?;
+    let (positions, encoding) = read(reader, index, shape, Point::default(), rounded)?;
     if encoding.is_exact() {
         return Ok((positions, Vec::new()));
     }
-    let (remainders, _) = read(document, index, shape, buffers, source, Point::default(), left_off)?;
+    let (remainders, _) = read(reader, index, shape, Point::default(), left_off)?;
     Ok((positions, remainders))
 }
 
 /// Read an accessor of joint numbers, four to an element. Memory for the result is charged and stays charged.
-pub(super) fn joints(
-    document: &Document,
-    index: usize,
-    buffers: &mut Buffers,
-    source: &mut Source,
-) -> Result<Vec<[u32; 4]>, SceneError> {
+pub(super) fn joints(reader: &mut Reader, index: usize) -> Result<Vec<[u32; 4]>, SceneError> {
     let decode =
         |encoding: Encoding, element: &[u8]| [0, 1, 2, 3].map(|i| encoding.index(&element[i * encoding.size()..]));
-    read(document, index, Shape::JOINTS, buffers, source, [0; 4], decode).map(|(values, _)| values)
+    read(reader, index, Shape::JOINTS, [0; 4], decode).map(|(values, _)| values)
 }
 
 /// Read an accessor of numbers whose integers are normalized, which the specification demands of joint weights and of the values of keys, whether the
 /// accessor says so or not. Memory for the result is charged and stays charged.
 pub(super) fn fractions<const N: usize>(
-    document: &Document,
+    reader: &mut Reader,
     index: usize,
     shape: Shape,
-    buffers: &mut Buffers,
-    source: &mut Source,
 ) -> Result<Vec<[f64; N]>, SceneError> {
     let decode = |encoding: Encoding, element: &[u8]| Encoding { normalized: true, ..encoding }.numbers(element);
-    read(document, index, shape, buffers, source, [0.0; N], decode).map(|(values, _)| values)
+    read(reader, index, shape, [0.0; N], decode).map(|(values, _)| values)
 }
 
 /// Read an accessor of indices, and the value that means "restart" for its type.
-pub(super) fn indices(
-    document: &Document,
-    index: usize,
-    buffers: &mut Buffers,
-    source: &mut Source,
-) -> Result<(Vec<u32>, u32), SceneError> {
-    let (values, encoding) = read(document, index, Shape::INDICES, buffers, source, 0, Encoding::index)?;
+pub(super) fn indices(reader: &mut Reader, index: usize) -> Result<(Vec<u32>, u32), SceneError> {
+    let (values, encoding) = read(reader, index, Shape::INDICES, 0, Encoding::index)?;
     let restart = match encoding.component {
         U8 => u8::MAX.into(),
         U16 => u16::MAX.into(),
@@ -220,8 +202,8 @@ pub(super) fn indices(
 }
 
 /// The number of elements, if the accessor exists.
-pub(super) fn count(document: &Document, index: usize, source: &Source) -> Result<u64, SceneError> {
-    get(document, index, source).map(|a| a.count.0)
+pub(super) fn count(reader: &Reader, index: usize) -> Result<u64, SceneError> {
+    get(reader.document, index, reader.source).map(|a| a.count.0)
 }
 
 /// Whether the accessor has anything to read without a decoder: its own bytes, or sparse values.
@@ -237,14 +219,13 @@ fn get<'d>(document: &'d Document, index: usize, source: &Source) -> Result<&'d 
 }
 
 fn read<T: Clone>(
-    document: &Document,
+    reader: &mut Reader,
     index: usize,
     shape: Shape,
-    buffers: &mut Buffers,
-    source: &mut Source,
     zero: T,
     decode: impl Fn(Encoding, &[u8]) -> T,
 ) -> Result<(Vec<T>, Encoding), SceneError> {
+    let Reader { document, buffers, source } = reader;
     let accessor = get(document, index, source)?;
     let component = Component::from_code(accessor.component_type.0);
     let encoding = match component.filter(|c| shape.components.contains(c)) {
@@ -267,9 +248,10 @@ fn read<T: Clone>(
     // Take the elements from the view, or start from zeros.
     let mut values = match accessor.buffer_view {
         Some(view) => {
-            let offset = accessor.byte_offset.map_or(0, |o| o.0);
+            let (view, offset) = (view.0 as usize, accessor.byte_offset.map_or(0, |o| o.0));
             let what = format!("accessor {index}");
-            let elements = Elements::new(document, view.0 as usize, offset, count, size, true, &what, buffers, source)?;
+            let run = Run { what: &what, view, offset, count, size, may_stride: true };
+            let elements = Elements::find(run, document, buffers, source)?;
             source.charge(count.saturating_mul(size_of::<T>() as u64), &what)?;
             elements.iter().map(|element| decode(encoding, element)).collect::<Vec<T>>()
         }
@@ -301,12 +283,13 @@ fn read<T: Clone>(
         let places = Encoding { component, normalized: false };
         let what = format!("the sparse indices of accessor {index}");
         let (view, offset) = (sparse.indices.buffer_view.0 as usize, sparse.indices.byte_offset.map_or(0, |o| o.0));
-        let elements =
-            Elements::new(document, view, offset, sparse.count.0, places.size(), false, &what, buffers, source)?;
+        let run = Run { what: &what, view, offset, count: sparse.count.0, size: places.size(), may_stride: false };
+        let elements = Elements::find(run, document, buffers, source)?;
         let places: Vec<u32> = elements.iter().map(|e| places.index(e)).collect();
         let what = format!("the sparse values of accessor {index}");
         let (view, offset) = (sparse.values.buffer_view.0 as usize, sparse.values.byte_offset.map_or(0, |o| o.0));
-        let elements = Elements::new(document, view, offset, sparse.count.0, size, false, &what, buffers, source)?;
+        let run = Run { what: &what, view, offset, count: sparse.count.0, size, may_stride: false };
+        let elements = Elements::find(run, document, buffers, source)?;
         for (place, element) in places.into_iter().zip(elements.iter()) {
             let Some(value) = values.get_mut(place as usize) else {
                 let reason = format!("accessor {index} replaces element {place}, but has {count}");
@@ -318,6 +301,19 @@ fn read<T: Clone>(
     Ok((values, encoding))
 }
 
+/// Elements as the document describes them.
+struct Run<'w> {
+    /// What errors call them.
+    what: &'w str,
+    view: usize,
+    offset: u64,
+    count: u64,
+    /// Bytes of one.
+    size: usize,
+    /// Whether the view's stride holds for them.
+    may_stride: bool,
+}
+
 /// A run of equally spaced elements, proved to lie inside its buffer view.
 struct Elements<'b> {
     bytes: &'b [u8],
@@ -327,18 +323,13 @@ struct Elements<'b> {
 }
 
 impl<'b> Elements<'b> {
-    #[allow(clippy::too_many_arguments)] // where the bytes are, what they are, and who asks
-    fn new(
+    fn find(
+        run: Run,
         document: &Document,
-        view: usize,
-        offset: u64,
-        count: u64,
-        size: usize,
-        may_stride: bool,
-        what: &str,
         buffers: &'b mut Buffers,
         source: &mut Source,
     ) -> Result<Elements<'b>, SceneError> {
+        let Run { what, view, offset, count, size, may_stride } = run;
         if let Some(json) = document.buffer_views.get(view) {
             let mut names = json.extensions.iter().flat_map(|e| e.keys());
             let packed = names.find(|n| MESHOPT.contains(&n.as_str()));

@@ -275,13 +275,18 @@ impl Head {
             animations: Option<&'j RawValue>,
             #[serde(borrow)]
             extensions_used: Option<&'j RawValue>,
+            #[serde(borrow)]
+            extensions: Option<&'j RawValue>,
         }
         let lists: Lists = serde_json::from_slice(json)?;
+        // Some files have an extension that they do not list.
+        let listed = elements(lists.extensions_used).map(read_or_default);
+        let present = lists.extensions.map(read_or_default::<ExtensionNames>).unwrap_or_default().into_keys();
         Ok(Head {
             asset: lists.asset,
             material_names: elements(lists.materials).map(|m| read_or_default::<Named>(m).name).collect(),
             animations: elements(lists.animations).map(RawValue::to_owned).collect(),
-            extensions_used: elements(lists.extensions_used).map(read_or_default).collect(),
+            extensions_used: listed.chain(present).collect(),
         })
     }
 }

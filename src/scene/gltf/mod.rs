@@ -20,9 +20,11 @@ mod data_uri;
 mod document;
 mod extensions;
 mod instancing;
+mod morph;
 mod nodes;
 mod pose;
 mod primitive;
+mod reader;
 mod reference;
 mod skin;
 mod vertices;
@@ -32,6 +34,7 @@ mod whole;
 pub use extensions::{EXTENSIONS, Treatment};
 
 use super::animation::{Animation, AnimationChoice, Posed, Seconds};
+use super::precision::worst_rounding;
 use super::source::Source;
 use super::{Instance, Scene, SceneError};
 use crate::geom::Affine;
@@ -40,6 +43,7 @@ use buffers::Buffers;
 use document::Document;
 use nodes::{Layout, Shown};
 use pose::{Pose, Stage};
+use reader::Reader;
 use skin::Skin;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -79,12 +83,16 @@ impl<'b> Model<'b> {
         let mut skins = BTreeMap::new();
         for index in layout.shown.iter().filter_map(|s| s.skin) {
             if let Entry::Vacant(entry) = skins.entry(index) {
-                entry.insert(Skin::read(&document, index, &mut buffers, source)?);
+                entry.insert(Skin::read(&mut Reader { document: &document, buffers: &mut buffers, source }, index)?);
             }
         }
         let joints: Vec<u32> = skins.values().flat_map(|s| s.joints.iter().copied()).collect();
         nodes::reach(&document, &joints, &mut layout.hierarchy, source)?;
         Ok(Model { document, buffers, layout, skins })
+    }
+
+    fn reader<'r, 's>(&'r mut self, source: &'r mut Source<'s>) -> Reader<'r, 'b, 's> {
+        Reader { document: &self.document, buffers: &mut self.buffers, source }
     }
 
     /// What animations can move: the nodes at or above meshes and joints. Hidden meshes count, since an animation may show them.
@@ -98,14 +106,16 @@ impl<'b> Model<'b> {
 
     /// Every animation of the file.
     fn animations(&mut self, source: &mut Source) -> Result<Vec<Animation>, SceneError> {
-        animation::list(&self.document, &self.scope(), &mut self.buffers, source)
+        let scope = self.scope();
+        animation::list(&mut self.reader(source), &scope)
     }
 
     /// Read the animation that is meant, to pose the model at any number of its times.
     fn animation(&mut self, choice: &AnimationChoice, source: &mut Source) -> Result<Playable, SceneError> {
         let scope = self.scope();
-        let number = animation::choose(&self.document, choice, &scope, &mut self.buffers, source)?;
-        Playable::read(&self.document, number, &scope, &mut self.buffers, source)
+        let mut reader = self.reader(source);
+        let number = animation::choose(&mut reader, choice, &scope)?;
+        Playable::read(&mut reader, number, &scope)
     }
 
     fn at_rest(&mut self, source: &mut Source) -> Result<Scene, SceneError> {
@@ -131,7 +141,8 @@ impl<'b> Model<'b> {
         let mut scene = Scene::default();
         scene.report.ignored_extensions.clone_from(&document.ignored_extensions);
         scene.report.hidden_nodes = layout.hidden;
-        let stage = Stage::new(document, &layout.hierarchy, skins, motion, source)?;
+        let mut reader = Reader { document, buffers, source };
+        let mut stage = Stage::new(&mut reader, &layout.hierarchy, skins, motion)?;
 
         // Give each pose of each mesh a number, in the order in which they are shown, and place its instances.
         let mut numbers: BTreeMap<(u32, Pose), u32> = BTreeMap::new();
@@ -143,7 +154,7 @@ impl<'b> Model<'b> {
                 poses.push(posed);
             }
             let is_skinned = poses[number as usize].1.skin.is_some();
-            place(document, shown, number, is_skinned, &stage, buffers, source, &mut scene)?;
+            place(&mut reader, shown, number, is_skinned, &stage, &mut scene)?;
         }
 
         // Read them in the order of the file's meshes, and let the instances name them by their new numbers.
@@ -152,8 +163,7 @@ impl<'b> Model<'b> {
         let mut read: Vec<(u32, Option<Affine>)> = vec![(0, None); poses.len()];
         for number in order {
             let (index, pose) = &poses[number as usize];
-            let (mesh, transform) =
-                primitive::mesh(document, *index as usize, (pose, &stage), buffers, source, &mut scene.report)?;
+            let (mesh, transform) = primitive::mesh(&mut reader, *index as usize, (pose, &stage), &mut scene.report)?;
             read[number as usize] = (scene.meshes.len() as u32, transform);
             scene.meshes.push(mesh);
         }
@@ -162,35 +172,33 @@ impl<'b> Model<'b> {
             instance.mesh = mesh;
             instance.transform = transform.unwrap_or(instance.transform);
         }
+        scene.rounding = worst_rounding(&scene.meshes);
         Ok(scene)
     }
 }
 
 /// Add the instances of a node's mesh: one, or one for each element of `EXT_mesh_gpu_instancing`. That extension says nothing on skins:
 /// a skinned mesh stands once, where its joints put it, and is counted.
-#[allow(clippy::too_many_arguments)] // what is shown, where, and by whom
 fn place(
-    document: &Document,
+    reader: &mut Reader,
     shown: &Shown,
     number: u32,
     is_skinned: bool,
     stage: &Stage,
-    buffers: &mut Buffers,
-    source: &mut Source,
     scene: &mut Scene,
 ) -> Result<(), SceneError> {
-    let node = &document.nodes[shown.node as usize];
-    let before = source.passing();
+    let node = &reader.document.nodes[shown.node as usize];
+    let before = reader.source.passing();
     let places = if is_skinned {
-        scene.report.uninstanced_skins += u64::from(instancing::is_instanced(node, source));
+        scene.report.uninstanced_skins += u64::from(instancing::is_instanced(node, reader.source));
         None
     } else {
-        instancing::places(document, node, shown.node, buffers, source)?
+        instancing::places(reader, node, shown.node)?
     };
-    let places_bytes = source.passing() - before;
+    let places_bytes = reader.source.passing() - before;
     let places = places.unwrap_or_else(|| vec![Affine::IDENTITY]);
     let name = node.name.clone().unwrap_or_default();
-    source.charge((places.len() * (size_of::<Instance>() + name.len())) as u64, "the instances")?;
+    reader.source.charge((places.len() * (size_of::<Instance>() + name.len())) as u64, "the instances")?;
     let to_world = stage.to_world[shown.node as usize];
     scene.instances.extend(places.iter().map(|place| Instance {
         mesh: number,
@@ -198,7 +206,7 @@ fn place(
         node: shown.node,
         name: name.clone(),
     }));
-    source.release(places_bytes);
+    reader.source.release(places_bytes);
     Ok(())
 }
 

@@ -1,8 +1,8 @@
 use super::accessor;
-use super::buffers::Buffers;
 use super::document::{Document, Primitive, TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES};
 use super::extensions::{DRACO, compressed};
 use super::pose::{Pose, Stage};
+use super::reader::Reader;
 use super::vertices::Attributes;
 use crate::geom::{Affine, Point};
 use crate::scene::pose::{Place, Rounded, split_all};
@@ -14,13 +14,12 @@ use std::collections::BTreeMap;
 ///
 /// The transform is that of the mesh's instances, where the pose decides it and not the node: a skinned mesh stands in world space.
 pub(super) fn mesh(
-    document: &Document,
+    reader: &mut Reader,
     index: usize,
     (pose, stage): (&Pose, &Stage),
-    buffers: &mut Buffers,
-    source: &mut Source,
     report: &mut ReadReport,
 ) -> Result<(Mesh, Option<Affine>), SceneError> {
+    let document = reader.document;
     let json = &document.meshes[index];
     let mut mesh = Mesh { name: json.name.clone().unwrap_or_default(), ..Mesh::default() };
     let mut points = Points::new(pose, stage);
@@ -28,49 +27,56 @@ pub(super) fn mesh(
         let place = format!("primitive {number} of mesh {index}");
         let mode = primitive.mode();
         if mode > TRIANGLE_FAN {
-            return Err(SceneError::malformed(source.path, format!("{place} has a mode that glTF does not know")));
+            return Err(SceneError::malformed(
+                reader.source.path,
+                format!("{place} has a mode that glTF does not know"),
+            ));
         }
-        check_compression(document, primitive, source)?;
+        check_compression(document, primitive, reader.source)?;
         let Some(positions) = primitive.surface_positions() else {
             report.skipped_primitives += 1;
             continue;
         };
-        let attributes = Attributes::new(primitive, positions, &points.weights, pose.skin.is_some());
+        let attributes = Attributes::new(primitive, positions, points.weights, pose.skin.is_some());
         let (base, count) = match points.runs.get(&attributes) {
             Some(&run) => run,
-            None => points.read(document, index, attributes, &place, buffers, source, report)?,
+            None => points.read(reader, index, attributes, &place, report)?,
         };
 
         // Connect them. Indices are needed only here.
         let (indices, restart) = match primitive.indices {
-            Some(indices) => accessor::indices(document, indices.0 as usize, buffers, source)?,
+            Some(indices) => accessor::indices(reader, indices.0 as usize)?,
             None => {
-                source.charge(count * 4, "the indices")?;
+                reader.source.charge(count * 4, "the indices")?;
                 ((0..count as u32).collect(), u32::MAX)
             }
         };
         let corners = indices.len() as u64;
         let most = if mode == TRIANGLES { corners / 3 } else { corners.saturating_sub(2) };
         let before = mesh.triangles.len();
-        check_count(before as u64 + most, "triangles", index, source)?;
-        source.charge(most * size_of::<[u32; 3]>() as u64, "the triangles")?;
+        check_count(before as u64 + most, "triangles", index, reader.source)?;
+        reader.source.charge(most * size_of::<[u32; 3]>() as u64, "the triangles")?;
         connect(mode, &indices, restart, &mut mesh.triangles);
         drop(indices);
-        source.release(corners * 4);
+        reader.source.release(corners * 4);
         let triangles = &mut mesh.triangles[before..];
         if let Some(bad) = triangles.iter().flatten().find(|v| u64::from(**v) >= count) {
-            return Err(SceneError::malformed(source.path, format!("{place} uses vertex {bad}, but has {count}")));
+            return Err(SceneError::malformed(
+                reader.source.path,
+                format!("{place} uses vertex {bad}, but has {count}"),
+            ));
         }
-        if source.options.vertices {
-            source.charge(size_of_val(triangles) as u64, "the numbers of vertices")?;
+        if reader.source.options.vertices {
+            reader.source.charge(size_of_val(triangles) as u64, "the numbers of vertices")?;
             mesh.vertices.extend_from_slice(triangles);
         }
         triangles.iter_mut().flatten().for_each(|v| *v += base as u32);
         let (first, count) = (before as u32, triangles.len() as u32);
         if count > 0 {
-            let material = primitive.material.and_then(|m| document.material_names.get(m.0 as usize));
-            let material = material.cloned().unwrap_or_default();
-            source.charge((mesh.name.len() + material.len()) as u64, "the names of its parts")?;
+            let material = primitive.material.map(|m| document.material_names.get(m.0 as usize));
+            report.absent_materials += u64::from(material == Some(None));
+            let material = material.flatten().cloned().unwrap_or_default();
+            reader.source.charge((mesh.name.len() + material.len()) as u64, "the names of its parts")?;
             mesh.parts.push(Part {
                 name: mesh.name.clone(),
                 material,
@@ -85,13 +91,13 @@ pub(super) fn mesh(
             });
         }
     }
-    let transform = points.finish(&mut mesh, source)?;
+    let transform = points.finish(&mut mesh, reader.source)?;
     Ok((mesh, transform))
 }
 
 /// The positions of a mesh's primitives, one run behind the other.
 struct Points<'s> {
-    weights: Vec<f64>,
+    weights: &'s [f64],
     is_plain: bool,
     place: Place<'s>,
     /// The first position and the number of them, for each set of accessors that was read.
@@ -104,7 +110,7 @@ struct Points<'s> {
 impl<'s> Points<'s> {
     fn new(pose: &Pose, stage: &'s Stage) -> Points<'s> {
         Points {
-            weights: pose.weights(),
+            weights: stage.weights(pose),
             is_plain: pose.is_plain(),
             place: stage.place(pose),
             runs: BTreeMap::new(),
@@ -114,19 +120,16 @@ impl<'s> Points<'s> {
     }
 
     /// Read one more run.
-    #[allow(clippy::too_many_arguments)] // what to read, from where, and who asks
     fn read(
         &mut self,
-        document: &Document,
+        reader: &mut Reader,
         mesh: usize,
         attributes: Attributes,
         place: &str,
-        buffers: &mut Buffers,
-        source: &mut Source,
         report: &mut ReadReport,
     ) -> Result<(u64, u64), SceneError> {
         let (first, count) = if self.is_plain {
-            let (positions, remainders) = accessor::positions(document, attributes.positions, buffers, source)?;
+            let (positions, remainders) = accessor::positions(reader, attributes.positions)?;
             let (first, count) = (self.plain.0.len(), positions.len());
             append(&mut self.plain.0, positions);
             if !remainders.is_empty() || !self.plain.1.is_empty() {
@@ -136,22 +139,22 @@ impl<'s> Points<'s> {
             }
             (first, count)
         } else {
-            let before = source.passing();
+            let before = reader.source.passing();
             let joints = match self.place {
                 Place::Mesh => 0,
                 Place::World { joints, .. } => joints.len(),
             };
-            let vertices = attributes.read(document, joints, place, buffers, source)?;
-            let read = source.passing() - before;
+            let vertices = attributes.read(reader, joints, place)?;
+            let read = reader.source.passing() - before;
             report.unweighted_vertices += vertices.influences.as_ref().map_or(0, |i| i.unweighted);
             let (first, count) = (self.posed.len(), vertices.positions.len());
-            source.charge((count * size_of::<[f64; 3]>()) as u64, "the posed positions")?;
-            append(&mut self.posed, vertices.posed(&self.weights, self.place));
+            reader.source.charge((count * size_of::<[f64; 3]>()) as u64, "the posed positions")?;
+            append(&mut self.posed, vertices.posed(self.weights, self.place));
             drop(vertices);
-            source.release(read);
+            reader.source.release(read);
             (first, count)
         };
-        check_count((first + count) as u64, "positions", mesh, source)?;
+        check_count((first + count) as u64, "positions", mesh, reader.source)?;
         let run = (first as u64, count as u64);
         self.runs.insert(attributes, run);
         Ok(run)

@@ -1,10 +1,8 @@
 use super::accessor::{self, Shape};
-use super::buffers::Buffers;
-use super::document::Document;
 use super::nodes;
+use super::reader::Reader;
 use crate::geom::Affine;
 use crate::scene::SceneError;
-use crate::scene::source::Source;
 
 /// A skin: nodes as joints, and for each the way from the mesh's space into the joint's at binding.
 pub(super) struct Skin {
@@ -17,26 +15,22 @@ const SLACK: f64 = 1e-4;
 
 impl Skin {
     /// Read a skin. Its memory is charged and stays charged. Joints are not yet known to be nodes.
-    pub fn read(
-        document: &Document,
-        index: u32,
-        buffers: &mut Buffers,
-        source: &mut Source,
-    ) -> Result<Skin, SceneError> {
-        let json = document.skin(index, source)?;
+    pub fn read(reader: &mut Reader, index: u32) -> Result<Skin, SceneError> {
+        let json = reader.document.skin(index, reader.source)?;
         let joints: Vec<u32> = json.joints.iter().map(|j| j.0).collect();
         let count = joints.len();
-        source.charge((count * (size_of::<u32>() + size_of::<Affine>())) as u64, "the skins")?;
+        reader.source.charge((count * (size_of::<u32>() + size_of::<Affine>())) as u64, "the skins")?;
         let Some(accessor) = json.inverse_bind_matrices else {
             return Ok(Skin { joints, inverse_binds: vec![Affine::IDENTITY; count] });
         };
-        let (accessor, before) = (accessor.0 as usize, source.passing());
-        let given = accessor::count(document, accessor, source)?;
+        let (accessor, before) = (accessor.0 as usize, reader.source.passing());
+        let given = accessor::count(reader, accessor)?;
         if given < count as u64 {
             let reason = format!("skin {index} has {count} joints, but {given} inverse bind matrices");
-            return Err(SceneError::malformed(source.path, reason));
+            return Err(SceneError::malformed(reader.source.path, reason));
         }
-        let matrices = accessor::numbers::<16>(document, accessor, Shape::INVERSE_BIND, buffers, source)?;
+        let matrices = accessor::numbers::<16>(reader, accessor, Shape::INVERSE_BIND)?;
+        let source = &mut *reader.source;
         let bind = |(joint, matrix): (usize, &[f64; 16])| {
             nodes::affine(matrix, SLACK, &format!("inverse bind matrix {joint} of skin {index}"), source)
         };

@@ -1,10 +1,9 @@
 use super::accessor::{self, Shape};
-use super::buffers::Buffers;
-use super::document::{Document, Primitive};
+use super::document::Primitive;
+use super::reader::Reader;
 use super::whole::Index;
 use crate::scene::SceneError;
 use crate::scene::pose::{Influences, Target, Vertices};
-use crate::scene::source::Source;
 use std::collections::BTreeMap;
 
 /// The accessors of a primitive's vertices: equal ones mean equal vertices.
@@ -30,31 +29,23 @@ impl Attributes {
     }
 
     /// Read them. `joints` is how many the skin has; `place` names the primitive. Memory is charged and stays charged.
-    pub fn read(
-        &self,
-        document: &Document,
-        joints: usize,
-        place: &str,
-        buffers: &mut Buffers,
-        source: &mut Source,
-    ) -> Result<Vertices, SceneError> {
-        let malformed = |source: &Source, what: String| SceneError::malformed(source.path, format!("{place} {what}"));
-        let count = accessor::count(document, self.positions, source)?;
+    pub fn read(&self, reader: &mut Reader, joints: usize, place: &str) -> Result<Vertices, SceneError> {
+        let path = reader.source.path;
+        let malformed = |what: String| SceneError::malformed(path, format!("{place} {what}"));
+        let count = accessor::count(reader, self.positions)?;
         let others = self.targets.iter().map(|t| t.1).chain(self.influences.iter().flat_map(|i| [i.0, i.1]));
         for accessor in others {
-            let other = accessor::count(document, accessor, source)?;
+            let other = accessor::count(reader, accessor)?;
             if other != count {
                 let what = format!("has {count} positions, but {other} elements in accessor {accessor}");
-                return Err(malformed(source, what));
+                return Err(malformed(what));
             }
         }
-        let mut read3 = |accessor, source: &mut Source| {
-            accessor::numbers::<3>(document, accessor, Shape::POSITIONS, buffers, source)
-        };
-        let positions = read3(self.positions, source)?;
+        let read3 = |accessor, reader: &mut Reader| accessor::numbers::<3>(reader, accessor, Shape::POSITIONS);
+        let positions = read3(self.positions, reader)?;
         let mut targets = Vec::with_capacity(self.targets.len());
         for &(weight, accessor) in &self.targets {
-            targets.push(Target { weight, displacements: read3(accessor, source)? });
+            targets.push(Target { weight, displacements: read3(accessor, reader)? });
         }
         if self.influences.is_empty() {
             return Ok(Vertices { positions, targets, influences: None });
@@ -63,15 +54,15 @@ impl Attributes {
         // Lay the sets of each vertex side by side.
         let per_vertex = 4 * self.influences.len();
         let of_all = (positions.len() * per_vertex) as u64;
-        source.charge(of_all * (size_of::<u32>() + size_of::<f64>()) as u64, "the joint weights")?;
+        reader.source.charge(of_all * (size_of::<u32>() + size_of::<f64>()) as u64, "the joint weights")?;
         let (mut numbers, mut weights) =
             (vec![0; positions.len() * per_vertex], vec![0.0; positions.len() * per_vertex]);
         for (set, &(joints_accessor, weights_accessor)) in self.influences.iter().enumerate() {
-            let of_set = accessor::joints(document, joints_accessor, buffers, source)?;
+            let of_set = accessor::joints(reader, joints_accessor)?;
             for (place, four) in numbers.chunks_exact_mut(per_vertex).zip(of_set) {
                 place[4 * set..4 * set + 4].copy_from_slice(&four);
             }
-            let of_set = accessor::fractions::<4>(document, weights_accessor, Shape::WEIGHTS, buffers, source)?;
+            let of_set = accessor::fractions::<4>(reader, weights_accessor, Shape::WEIGHTS)?;
             for (place, four) in weights.chunks_exact_mut(per_vertex).zip(of_set) {
                 place[4 * set..4 * set + 4].copy_from_slice(&four);
             }
@@ -79,7 +70,7 @@ impl Attributes {
         let influences = Influences::new(per_vertex, numbers, weights);
         match influences.largest_joint() {
             Some(joint) if joint as usize >= joints => {
-                Err(malformed(source, format!("uses joint {joint}, but its skin has {joints}")))
+                Err(malformed(format!("uses joint {joint}, but its skin has {joints}")))
             }
             _ => Ok(Vertices { positions, targets, influences: Some(influences) }),
         }

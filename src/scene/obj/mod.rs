@@ -19,11 +19,18 @@
 //! the model, and the instance puts the mesh back there.
 
 mod corners;
+mod face;
+mod keyword;
+mod lines;
 mod names;
+mod parts;
+mod plain;
 mod polygon;
+mod position;
 mod statements;
 mod words;
 
+use super::bounds::Bounds;
 use super::options::without_padding;
 use super::pose::split_all;
 use super::precision::{self, Loss};
@@ -31,13 +38,16 @@ use super::source::Source;
 use super::{Instance, Mesh, Part, Rounding, Scene, SceneError};
 use crate::geom::{Affine, Point};
 use corners::Corners;
+use lines::line_of;
+use parts::PartName;
 use polygon::Triangulator;
-use statements::{PartName, Statements};
+use statements::Statements;
 
 pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneError> {
     let text = without_padding(&bytes);
-    if let Some(nul) = text.iter().position(|b| *b == 0) {
-        let line = 1 + text[..nul].iter().filter(|b| **b == b'\n').count() as u64;
+    // Most texts have none, and `contains` is many times faster than a search for its place.
+    if text.contains(&0) {
+        let line = line_of(text, text.iter().position(|b| *b == 0).unwrap_or_default());
         let reason = "it has a NUL byte, so it is binary data or damaged, and an OBJ model is text";
         return Err(SceneError::malformed_line(source.path, line, reason));
     }
@@ -52,7 +62,7 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
     let mut mesh =
         Mesh { name: source.path.file_stem().unwrap_or_default().to_string_lossy().into(), ..Mesh::default() };
     let mut positions: Vec<[f64; 3]> = Vec::new();
-    let mut cut = Triangulator::default();
+    let mut cut = Triangulator::new(polygon::MAX_LARGE_WORK);
     let mut corners = source.options.vertices.then(|| Corners::new(gaps));
     for tobj::Model { mesh: model, name } in models {
         let count = positions.len() as u64 + model.positions.len() as u64 / 3;
@@ -114,16 +124,13 @@ fn origin_for(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ([f64; 3], Roun
         }
     };
     let from_zero = Loss::of(triangles, Loss::SAMPLE, exact, about([0.0; 3]));
-    let rounded_before = precision::rounded_before(triangles, exact, from_zero.edge);
+    let rounded_before = precision::rounded_before(triangles, exact, from_zero.edge, 0.0);
     if from_zero.is_tolerable() {
         return ([0.0; 3], Rounding { loss: from_zero, rounded_before });
     }
     let is_usable = |v: &u32| exact(*v).iter().all(|c| (*c as f32).is_finite());
     let used = triangles.iter().filter(|t| t.iter().all(is_usable)).flatten();
-    let bounds = used.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[min, max], v| {
-        let p = exact(*v);
-        [[0, 1, 2].map(|a| min[a].min(p[a])), [0, 1, 2].map(|a| max[a].max(p[a]))]
-    });
+    let bounds = Bounds::of(used.map(|v| exact(*v)));
     let [near, far] =
         [precision::local_origin(bounds), [0.0; 3]].map(|o| (o, Loss::of(triangles, usize::MAX, exact, about(o))));
     let (origin, loss) = if near.1.share < far.1.share { near } else { far };
@@ -172,7 +179,7 @@ fn add_faces(
                 path: source.path.to_owned(),
                 what: "its large faces are too many to cut into triangles: their squared numbers of corners add up to more"
                     .into(),
-                limit: polygon::MAX_LARGE_WORK,
+                limit: cut.allowance,
             });
         }
         let before = mesh.triangles.len();

@@ -16,21 +16,27 @@ pub(super) const MAX_LARGE_WORK: u64 = 1 << 36;
 
 /// Cuts polygons without holes, reusing its buffers. Every polygon of `n` corners gives exactly `n - 2` triangles, all with
 /// the polygon's winding and all of its corners used, so that no corner lies on a neighbour's edge unshared.
-#[derive(Default)]
 pub(super) struct Triangulator {
     earcut: Earcut<f64>,
     flat: Vec<[f64; 2]>,
     ears: Vec<u32>,
     large_work: u64,
+    /// How much `large_work` may become.
+    pub allowance: u64,
 }
 
 impl Triangulator {
+    /// `allowance` is [`MAX_LARGE_WORK`] but in tests.
+    pub fn new(allowance: u64) -> Triangulator {
+        Triangulator { earcut: Earcut::default(), flat: Vec::new(), ears: Vec::new(), large_work: 0, allowance }
+    }
+
     /// Whether the allowance for large faces still has room for one of so many corners, which it then takes.
     pub fn afford(&mut self, corners: u64) -> bool {
         if corners > LARGE {
             self.large_work = self.large_work.saturating_add(corners.saturating_mul(corners));
         }
-        self.large_work <= MAX_LARGE_WORK
+        self.large_work <= self.allowance
     }
 
     /// Append the triangles of one face, which have the numbers of its corners, from 0. `corners` index `positions`; fewer than three give nothing.

@@ -6,7 +6,7 @@ pub(super) fn split_word(line: &[u8]) -> (&[u8], &[u8]) {
     line.split_at(end)
 }
 
-/// The words up to a comment; what is left when they end is the comment, or nothing.
+/// The words up to a comment.
 pub(super) struct Words<'w>(pub &'w [u8]);
 
 impl<'w> Iterator for Words<'w> {
@@ -24,17 +24,17 @@ impl<'w> Iterator for Words<'w> {
     }
 }
 
-/// The number that a word begins with and how many digits it has, if it ends there or at a slash.
-pub(super) fn parse_digits(word: &[u8]) -> Option<(u64, usize)> {
+/// The number that a word begins with, if that ends with the word or at a slash.
+pub(super) fn parse_digits(word: &[u8]) -> Option<u64> {
     let mut number = 0u64;
     for (i, &byte) in word.iter().enumerate() {
         match byte {
             b'0'..=b'9' if i < 18 => number = number * 10 + u64::from(byte - b'0'),
-            b'/' => return Some((number, i)),
+            b'/' => break,
             _ => return None,
         }
     }
-    Some((number, word.len()))
+    Some(number)
 }
 
 fn is_space(byte: u8) -> bool {

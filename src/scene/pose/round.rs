@@ -1,4 +1,5 @@
 use crate::geom::{Affine, Point};
+use crate::scene::bounds::Bounds;
 use crate::scene::precision::local_origin;
 
 /// Posed positions as a mesh keeps them: rounded to `f32` once, with what rounding left off, around an origin near them.
@@ -30,18 +31,13 @@ impl Rounded {
 /// Where the finite positions stand far off, an origin beside them, which a file can state exactly; else zero. Along an axis that is beyond
 /// `f32` it is their middle: then no file can place the mesh, and its instance says so.
 fn origin(world: &[[f64; 3]]) -> [f64; 3] {
-    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for p in world.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
-        for k in 0..3 {
-            (min[k], max[k]) = (min[k].min(p[k]), max[k].max(p[k]));
-        }
-    }
-    let size = (0..3).map(|k| max[k] - min[k]).fold(0.0, f64::max);
+    let bounds = Bounds::of(world.iter().copied().filter(|p| p.iter().all(|c| c.is_finite())));
+    let Bounds { min, max } = bounds;
     let reach = min.iter().chain(&max).map(|c| c.abs()).fold(0.0, f64::max);
-    if !(reach.is_finite() && reach > FAR * size) {
+    if !(reach.is_finite() && reach > FAR * bounds.longest()) {
         return [0.0; 3];
     }
-    let near = local_origin([min, max]);
+    let near = local_origin(bounds);
     [0, 1, 2].map(|k| {
         let middle = 0.5 * min[k] + 0.5 * max[k];
         if (middle as f32).is_finite() { near[k] } else { middle }

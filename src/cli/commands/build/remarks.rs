@@ -60,6 +60,7 @@ impl Remarks<'_> {
             (report.unknown_channels, "channel", " of the animation with an unknown path: not followed"),
             (report.uninstanced_skins, "skinned node", " with instances: placed once, by the joints"),
             (report.unweighted_vertices, "vertex without joint weights", ": placed by the first joint"),
+            (report.absent_materials, "primitive", " with a material that is not there: left without one"),
         ];
         let found = counted_ones.iter().filter(|c| c.0 > 0).map(|(n, what, which)| counted(*n, what, which));
         let ignored = report.ignored_extensions.iter().map(|name| {

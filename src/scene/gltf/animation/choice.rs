@@ -2,34 +2,23 @@ use super::channels::Channels;
 use super::keys::{Keys, of_all};
 use super::sampler::keys;
 use super::scope::Scope;
-use crate::scene::gltf::buffers::Buffers;
 use crate::scene::gltf::document::Document;
-use crate::scene::source::Source;
+use crate::scene::gltf::reader::Reader;
 use crate::scene::{Animation, AnimationChoice, KeyTimes, SceneError};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 /// Every animation of a file, with the times of the keys that move something of the scene. Memory is charged and stays charged.
-pub fn list(
-    document: &Document,
-    scope: &Scope,
-    buffers: &mut Buffers,
-    source: &mut Source,
-) -> Result<Vec<Animation>, SceneError> {
-    let animation = |number| -> Result<Animation, SceneError> {
-        Ok(named(document, number, times(document, number, scope, buffers, source)?))
-    };
+pub fn list(reader: &mut Reader, scope: &Scope) -> Result<Vec<Animation>, SceneError> {
+    let document = reader.document;
+    let animation =
+        |number| -> Result<Animation, SceneError> { Ok(named(document, number, times(reader, number, scope)?)) };
     (0..document.animations.len() as u32).map(animation).collect()
 }
 
 /// The number of the animation that is meant. The refusal lists the animations; one that cannot be read has no times there.
-pub fn choose(
-    document: &Document,
-    choice: &AnimationChoice,
-    scope: &Scope,
-    buffers: &mut Buffers,
-    source: &mut Source,
-) -> Result<u32, SceneError> {
+pub fn choose(reader: &mut Reader, choice: &AnimationChoice, scope: &Scope) -> Result<u32, SceneError> {
+    let document = reader.document;
     let all = 0..document.animations.len() as u32;
     let is_meant = |number: &u32| match choice {
         AnimationChoice::Only => true,
@@ -43,12 +32,18 @@ pub fn choose(
     }
     let found = others + u64::from(first.is_some());
     let mut animation = |number| {
-        let keys = times(document, number, scope, buffers, source).unwrap_or_default();
+        let keys = times(reader, number, scope).unwrap_or_default();
         named(document, number, keys)
     };
     let animations: Vec<Animation> = all.take(MOST_LISTED).map(&mut animation).collect();
     let count = document.animations.len() as u64;
-    Err(SceneError::NoSuchAnimation { path: source.path.to_owned(), asked: choice.clone(), found, count, animations })
+    Err(SceneError::NoSuchAnimation {
+        path: reader.source.path.to_owned(),
+        asked: choice.clone(),
+        found,
+        count,
+        animations,
+    })
 }
 
 /// Animations of which a refusal tells the times: reading them takes time, and a message has an end.
@@ -58,18 +53,12 @@ fn named(document: &Document, number: u32, keys: Option<KeyTimes>) -> Animation 
     Animation { number, name: document.animation_name(number), keys }
 }
 
-fn times(
-    document: &Document,
-    number: u32,
-    scope: &Scope,
-    buffers: &mut Buffers,
-    source: &mut Source,
-) -> Result<Option<KeyTimes>, SceneError> {
+fn times(reader: &mut Reader, number: u32, scope: &Scope) -> Result<Option<KeyTimes>, SceneError> {
     // Channels often share the accessor of their keys.
     let mut read: BTreeMap<usize, Keys> = BTreeMap::new();
-    for channel in Channels::choose(document, number, scope, source)?.heeded {
+    for channel in Channels::choose(reader.document, number, scope, reader.source)?.heeded {
         if let Entry::Vacant(entry) = read.entry(channel.input) {
-            entry.insert(keys(document, &channel, buffers, source)?);
+            entry.insert(keys(reader, &channel)?);
         }
     }
     Ok(of_all(read.values()))

@@ -22,9 +22,7 @@ pub(super) use choice::{choose, list};
 pub(super) use motion::{Motion, Moved};
 pub(super) use scope::Scope;
 
-use super::buffers::Buffers;
-use super::document::Document;
-use crate::scene::source::Source;
+use super::reader::Reader;
 use crate::scene::{Animation, SceneError, Seconds};
 use channels::{Channels, Heeded};
 use sampler::Sampler;
@@ -42,21 +40,16 @@ pub(super) struct Playable {
 
 impl Playable {
     /// Read animation `number`. Its memory is charged and stays charged.
-    pub fn read(
-        document: &Document,
-        number: u32,
-        scope: &Scope,
-        buffers: &mut Buffers,
-        source: &mut Source,
-    ) -> Result<Playable, SceneError> {
-        let Channels { heeded, unknown, ignores_pointer } = Channels::choose(document, number, scope, source)?;
+    pub fn read(reader: &mut Reader, number: u32, scope: &Scope) -> Result<Playable, SceneError> {
+        let Channels { heeded, unknown, ignores_pointer } =
+            Channels::choose(reader.document, number, scope, reader.source)?;
         let mut moves = Vec::with_capacity(heeded.len());
         for channel in heeded {
-            let sampler = Sampler::read(document, &channel, buffers, source)?;
+            let sampler = Sampler::read(reader, &channel)?;
             moves.push((channel, sampler));
         }
         let keys = keys::of_all(moves.iter().map(|(_, sampler)| sampler.keys()));
-        let animation = Animation { number, name: document.animation_name(number), keys };
+        let animation = Animation { number, name: reader.document.animation_name(number), keys };
         Ok(Playable { animation, unknown_channels: unknown, ignores_pointer, moves })
     }
 

@@ -5,9 +5,7 @@ use super::motion::Path;
 use super::rotation::slerp;
 use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{self, Shape};
-use crate::scene::gltf::buffers::Buffers;
-use crate::scene::gltf::document::Document;
-use crate::scene::source::Source;
+use crate::scene::gltf::reader::Reader;
 
 /// Keys and values of one property, and what lies between them.
 #[derive(Debug)]
@@ -22,40 +20,30 @@ pub struct Sampler {
 }
 
 /// Read the key times of a channel. Memory is charged and stays charged.
-pub fn keys(
-    document: &Document,
-    channel: &Heeded,
-    buffers: &mut Buffers,
-    source: &mut Source,
-) -> Result<Keys, SceneError> {
-    let times = accessor::numbers::<1>(document, channel.input, Shape::TIMES, buffers, source)?;
+pub fn keys(reader: &mut Reader, channel: &Heeded) -> Result<Keys, SceneError> {
+    let times = accessor::numbers::<1>(reader, channel.input, Shape::TIMES)?;
     // They are floats in the file.
     let times = times.into_iter().map(|[time]| time as f32).collect();
-    Keys::new(times).map_err(|why| SceneError::malformed(source.path, format!("{} {why}", channel.what)))
+    Keys::new(times).map_err(|why| SceneError::malformed(reader.source.path, format!("{} {why}", channel.what)))
 }
 
 impl Sampler {
     /// Read what moves one property. Memory is charged and stays charged.
-    pub fn read(
-        document: &Document,
-        channel: &Heeded,
-        buffers: &mut Buffers,
-        source: &mut Source,
-    ) -> Result<Sampler, SceneError> {
+    pub fn read(reader: &mut Reader, channel: &Heeded) -> Result<Sampler, SceneError> {
         let Heeded { path, output, interpolation, .. } = *channel;
-        let keys = keys(document, channel, buffers, source)?;
+        let keys = keys(reader, channel)?;
         let (values, width) = match path {
             Path::Translation | Path::Scale => {
-                let values = accessor::numbers::<3>(document, output, Shape::TRANSLATION, buffers, source)?;
+                let values = accessor::numbers::<3>(reader, output, Shape::TRANSLATION)?;
                 (values.into_flattened(), 3)
             }
             Path::Rotation => {
-                let values = accessor::fractions::<4>(document, output, Shape::KEYED_ROTATION, buffers, source)?;
+                let values = accessor::fractions::<4>(reader, output, Shape::KEYED_ROTATION)?;
                 (values.into_flattened(), 4)
             }
             // Each key has a number for each morph target, so they alone tell how many those are.
             Path::Weights => {
-                let values = accessor::fractions::<1>(document, output, Shape::MORPH_WEIGHTS, buffers, source)?;
+                let values = accessor::fractions::<1>(reader, output, Shape::MORPH_WEIGHTS)?;
                 let values = values.into_flattened();
                 let width = values.len() / (keys.times().len() * interpolation.values_of_a_key());
                 (values, width.max(1))
@@ -65,7 +53,7 @@ impl Sampler {
         if values.len() != needed {
             let (times, given, numbers) = (keys.times().len(), values.len(), channel.path.name());
             let why = format!("{} has {times} keys, but {given} numbers of {numbers}; it needs {needed}", channel.what);
-            return Err(SceneError::malformed(source.path, why));
+            return Err(SceneError::malformed(reader.source.path, why));
         }
         Ok(Sampler { keys, values, width, interpolation, is_rotation: path == Path::Rotation })
     }

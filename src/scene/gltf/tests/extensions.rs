@@ -53,6 +53,9 @@ fn an_unknown_extension_is_refused_where_it_is_required_and_not_ignored() {
     // What the file only uses says itself that it may be ignored; what may place triangles is told all the same.
     let used = edited(|d| d["extensionsUsed"] = json!(["ACME_gizmo", "CESIUM_RTC", "KHR_materials_unlit"]));
     assert_eq!(read_json(&used).report.ignored_extensions, ["CESIUM_RTC"]);
+    let there = |d: &mut Value| d["extensions"] = json!({ "CESIUM_RTC": { "center": [1, 2, 3] }, "ACME_gizmo": 3 });
+    assert_eq!(read_json(&edited(there)).report.ignored_extensions, ["CESIUM_RTC"], "it need not be listed");
+    assert!(try_read(&edited(|d| d["extensions"] = json!(["CESIUM_RTC"]))).is_ok());
     assert!(try_read(&edited(|d| d["extensionsUsed"] = json!({ "a": 3 }))).is_ok());
 }
 

@@ -191,3 +191,40 @@ fn memory_is_limited() {
     let refused = read_bytes(text, "test.gltf", None, None, &limit).unwrap_err();
     assert_eq!(refused.kind(), ErrorKind::Limit);
 }
+
+#[test]
+fn every_buffer_that_is_used_counts_towards_the_limit() {
+    // Two nodes that are instanced by the numbers of one buffer, or of two. The documents differ in one digit.
+    let size = 60_000;
+    let document = |second: u32| {
+        let big = || json!({ "byteLength": size, "uri": data_uri(&vec![0; size]) });
+        let view = |buffer: u32| json!({ "buffer": buffer, "byteLength": 12 });
+        let place = |view: u32| json!({ "bufferView": view, "componentType": 5126, "type": "VEC3", "count": 1 });
+        let node = |accessor: u32| {
+            let places = json!({ "attributes": { "TRANSLATION": accessor } });
+            json!({ "mesh": 0, "extensions": { "EXT_mesh_gpu_instancing": places } })
+        };
+        let mut document = square();
+        let mut append = |list: &str, more: [Value; 2]| document[list].as_array_mut().unwrap().extend(more);
+        append("buffers", [big(), big()]);
+        append("bufferViews", [view(1), view(2)]);
+        append("accessors", [place(4), place(5)]);
+        document["nodes"] = json!([node(4), node(second)]);
+        document.to_string().into_bytes()
+    };
+    let least = |text: Vec<u8>| {
+        let is_read = |max_memory: u64| {
+            let options = ReadOptions { max_memory, ..options() };
+            read_bytes(text.clone(), "test.gltf", None, None, &options).is_ok()
+        };
+        let (mut refused, mut read) = (0, 10_000_000);
+        assert!(is_read(read));
+        while read - refused > 1 {
+            let middle = (refused + read) / 2;
+            *(if is_read(middle) { &mut read } else { &mut refused }) = middle;
+        }
+        read
+    };
+    let (one, two) = (least(document(4)), least(document(5)));
+    assert!(two >= one + size as u64, "{two} bytes for two buffers, {one} for one");
+}

@@ -85,6 +85,7 @@ fn parts_bear_the_names_of_mesh_and_material_letter_by_letter() {
             let primitive = |material: u32| json!({ "attributes": { "POSITION": 0 }, "material": material });
             d["meshes"][0]["primitives"] = (0..4).map(primitive).collect();
         }));
+        assert_eq!(scene.report.absent_materials, 1, "there are three");
         let parts: Vec<_> = scene.meshes[0].parts.iter().map(|p| (p.name.as_str(), p.material.as_str())).collect();
         assert_eq!(parts, [(name, ""), (name, ""), (name, name), (name, "")]);
     }
@@ -127,6 +128,16 @@ fn whole_numbers_may_be_decimals_and_the_last_of_equal_keys_counts() {
     }
     let scene = read_bytes(repeated.into(), "test.gltf", None, None, &options()).unwrap();
     assert_eq!(scene.instances[0].transform.rows[0][3], 0.1);
+
+    // An extension's numbers too.
+    let instanced = edited(|d| {
+        let places = json!({ "attributes": { "TRANSLATION": 4.0 } });
+        let positions = d["accessors"][0].clone();
+        d["accessors"].as_array_mut().unwrap().push(positions);
+        d["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": places });
+    });
+    assert!(instanced.to_string().contains("\"TRANSLATION\":4.0"));
+    assert_eq!(read_json(&instanced).instances.len(), 4);
 }
 
 #[test]

@@ -105,3 +105,16 @@ fn a_flat_image_far_off_keeps_its_shape() {
     assert!((side - 0.001).abs() < 1e-8, "{side}");
     assert!((place(0)[0] - 4649776.75).abs() < 1e-9 && instance.transform.inverse().is_some());
 }
+
+#[test]
+fn positions_that_were_rounded_before_are_told() {
+    let rounded = |x: f32| {
+        let bytes = le(&[x, 0.0, 0.0, x + 0.5, 0.0, 0.0, x + 0.5, 1.0, 0.0, x, 1.0, 0.0]);
+        let scene = read_json(&edited(|d| {
+            d["buffers"][0] = json!({ "byteLength": bytes.len(), "uri": data_uri(&bytes) });
+            d["meshes"][0]["primitives"][0]["mode"] = 5.into();
+        }));
+        scene.rounding.rounded_before
+    };
+    assert_eq!((rounded(0.0), rounded(4_649_776.0)), (None, Some(0.5)));
+}

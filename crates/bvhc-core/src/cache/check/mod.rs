@@ -81,9 +81,9 @@ pub struct Content<'a> {
     pub meta: Option<&'a Meta>,
     /// `None` where there is no `VERT`.
     pub vertices: Option<&'a [[u32; 3]]>,
-    /// Empty where there is no `SIDE`, `None` where it cannot be read.
+    /// Empty where there is no `SIDE`, `None` where it is not sound.
     pub sides: Option<&'a [u32]>,
-    /// Empty where there is no `MATS`, `None` where it cannot be read.
+    /// Empty where there is no `MATS`, `None` where it is not sound.
     pub materials: Option<Names<'a>>,
 }
 
@@ -202,14 +202,18 @@ pub(super) fn check_content<'a>(
     if let Some(vertices) = vertices {
         out.append(check_vertices(&view, vertices, limits, exec));
     }
-    if let Some(sides) = sides {
+    // What is there and is not sound is said once: it is compared with nothing.
+    let before = out.errors();
+    let sides = sides.filter(|sides| {
         check_sides(view.geoms, sides, out);
-    }
-    if let Some((bytes, entry)) = materials {
+        out.errors() == before
+    });
+    let before = out.errors();
+    let materials = materials.filter(|(bytes, entry)| {
         provenance::check_materials(bytes, entry.elem_count, view.geoms.len(), out);
-    }
+        out.errors() == before
+    });
     if let Some(source) = source {
-        // What is there and cannot be read has been said: it is compared with nothing.
         let is_absent = |kind| container.find(kind).is_none();
         let materials = materials.map(|(bytes, _)| bytes).or_else(|| is_absent(SectionKind::MATS).then_some(&[][..]));
         let sides = sides.or_else(|| is_absent(SectionKind::SIDE).then_some(&[][..]));

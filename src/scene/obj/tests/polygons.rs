@@ -1,0 +1,157 @@
+//! Faces of more than three corners.
+
+use super::{corners, read};
+use crate::exec::Executor;
+use crate::scene::obj::add_faces;
+use crate::scene::obj::polygon::{MAX_LARGE_WORK, Triangulator};
+use crate::scene::source::Source;
+use crate::scene::{ErrorKind, Mesh, ReadOptions, Scene, SceneError};
+
+/// A polygon in the plane z = 0 as OBJ text.
+fn polygon(points: &[[f32; 2]]) -> String {
+    let mut text: String = points.iter().map(|p| format!("v {} {} 0\n", p[0], p[1])).collect();
+    text += "f";
+    (1..=points.len()).for_each(|i| text += &format!(" {i}"));
+    text
+}
+
+/// Twice the signed area of each triangle in the plane z = 0.
+fn areas(scene: &Scene) -> Vec<f64> {
+    let area = |t: &[[f32; 3]; 3]| {
+        let [a, b, c] = t.map(|p| p.map(f64::from));
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    };
+    corners(scene).iter().map(area).collect()
+}
+
+#[test]
+fn concave_quadrilaterals_are_cut_inside() {
+    let arrow = [[0.0, 0.0], [2.0, -1.0], [0.5, 0.0], [2.0, 1.0]];
+    for turn in 0..4 {
+        let mut points = arrow;
+        points.rotate_left(turn);
+        let areas = areas(&read(polygon(&points)));
+        assert!(areas.len() == 2 && areas.iter().all(|a| *a > 0.0), "turned {turn}: {areas:?}");
+        assert_eq!(areas.iter().sum::<f64>(), 1.0);
+    }
+}
+
+#[test]
+fn concave_polygons_are_cut_inside_and_keep_their_winding() {
+    let comb: [[f32; 2]; 11] = [
+        [0.0, 0.0],
+        [10.0, 0.0],
+        [10.0, 5.0],
+        [8.0, 5.0],
+        [8.0, 1.0],
+        [6.0, 1.0],
+        [6.0, 5.0],
+        [4.0, 5.0],
+        [4.0, 1.0],
+        [2.0, 1.0],
+        [0.0, 5.0],
+    ];
+    let area: f64 = 2.0 * (10.0 + 2.0 * 4.0 * 2.0 + 4.0);
+    for reversed in [false, true] {
+        let mut points = comb;
+        if reversed {
+            points.reverse();
+        }
+        let sign = if reversed { -1.0 } else { 1.0 };
+        let areas = areas(&read(polygon(&points)));
+        assert_eq!(areas.len(), 9);
+        assert!(areas.iter().all(|a| a * sign > 0.0), "{areas:?}");
+        assert!((areas.iter().sum::<f64>() * sign - area).abs() < 1e-9, "{areas:?}");
+    }
+}
+
+#[test]
+fn straight_corners_stay_corners() {
+    // A square with three extra corners on its lower side and one on its upper: all six triangles have area.
+    let points = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 4.0], [0.0, 4.0]];
+    for turn in 0..8 {
+        let mut points = points;
+        points.rotate_left(turn);
+        let scene = read(polygon(&points));
+        let areas = areas(&scene);
+        assert!(areas.len() == 6 && areas.iter().all(|a| *a > 0.0), "turned {turn}: {areas:?}");
+        assert_eq!(areas.iter().sum::<f64>(), 32.0);
+        assert_eq!(scene.report.degenerate_triangles, 0);
+    }
+}
+
+#[test]
+fn hopeless_polygons_become_fans() {
+    let star = [[0.0, 3.0], [2.0, -3.0], [-3.0, 1.0], [3.0, 1.0], [-2.0, -3.0]]; // crosses itself
+    let flat = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 0.0], [0.5, 0.0], [0.25, 0.0]];
+    assert_eq!(areas(&read(polygon(&star))).len(), 3);
+    assert_eq!(areas(&read(polygon(&flat))).len(), 4);
+    let with_nan = "v 0 0 0\nv 1 0 0\nv nan 1 0\nv 0 1 0\nv 0 .5 0\nf 1 2 3 4 5";
+    assert_eq!(read(with_nan).report.non_finite_triangles, 2);
+}
+
+#[test]
+fn polygons_are_cut_in_their_own_plane() {
+    // An L standing on edge in a plane that no axis is square to.
+    let l = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
+    let place = |p: &[f64; 2]| [p[0] * 0.6 + p[1] * 0.3, p[0] * 0.8 - p[1] * 0.2, p[1] * 0.9];
+    let mut text: String =
+        l.iter().map(|p| place(p).map(|c| c.to_string()).join(" ")).map(|p| format!("v {p}\n")).collect();
+    text += "f 1 2 3 4 5 6";
+    let area = |t: &[[f32; 3]; 3]| {
+        let [a, b, c] = t.map(|p| p.map(f64::from));
+        let (u, v) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| c[k] - a[k]));
+        [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+    };
+    let normals: Vec<_> = corners(&read(text)).iter().map(area).collect();
+    let sum = [0, 1, 2].map(|k| normals.iter().map(|n| n[k]).sum::<f64>());
+    let length = |n: [f64; 3]| n.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let scattered: f64 = normals.iter().map(|n| length(*n)).sum();
+    assert_eq!(normals.len(), 4);
+    assert!((scattered - length(sum)).abs() < 1e-6, "a triangle is turned over: {normals:?}");
+}
+
+#[test]
+fn hostile_polygons_end() {
+    // Random zigzags cross themselves everywhere: the worst for ear clipping.
+    let mut state = 7u32;
+    let mut next = || {
+        state = state.wrapping_mul(1664525).wrapping_add(1013904223);
+        (state >> 8) as f32 / (1 << 24) as f32
+    };
+    let points: Vec<[f32; 2]> = (0..2000).map(|_| [next(), next()]).collect();
+    let started = std::time::Instant::now();
+    assert_eq!(read(polygon(&points)).meshes[0].triangles.len(), 1998);
+    println!("2,000 random corners: {:?}", started.elapsed());
+}
+
+#[test]
+fn large_faces_share_an_allowance_and_small_ones_need_none() {
+    let mut cut = Triangulator::new(MAX_LARGE_WORK);
+    assert!((0..1_000_000).all(|_| cut.afford(1000)));
+    assert!((0..256).all(|_| cut.afford(1 << 14)));
+    assert!(!cut.afford(2000));
+}
+
+#[test]
+fn large_faces_beyond_their_allowance_are_refused() {
+    const CORNERS: u32 = 2000;
+    let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(CORNERS);
+    let positions: Vec<[f64; 3]> = (0..CORNERS).map(|i| [angle(i).cos(), angle(i).sin(), 0.0]).collect();
+    let two = tobj::Mesh {
+        indices: (0..CORNERS).chain(0..CORNERS).collect(),
+        face_arities: vec![CORNERS; 2],
+        ..tobj::Mesh::default()
+    };
+    let (options, exec, mut progress) = (ReadOptions::default(), Executor::sequential(), |_, _| ());
+    let source = Source::new("test.obj".as_ref(), None, &options, &exec, &mut progress);
+    let cut = |allowance: u64| {
+        let (mut mesh, mut cut) = (Mesh::default(), Triangulator::new(allowance));
+        add_faces(&two, 0, &positions, &mut mesh, None, &mut cut, &source).map(|()| mesh.triangles.len())
+    };
+    let needed = 2 * u64::from(CORNERS) * u64::from(CORNERS);
+    assert_eq!(cut(needed).unwrap(), 2 * (CORNERS as usize - 2));
+    let refused = cut(needed - 1).unwrap_err();
+    assert_eq!(refused.kind(), ErrorKind::Limit);
+    assert!(matches!(refused, SceneError::TooMany { limit, .. } if limit == needed - 1), "{refused}");
+}
