@@ -30,9 +30,9 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
         },
         SceneError::Degenerate { .. } => "leave them out with --degenerate drop",
         SceneError::NoSuchAnimation { count: 0, .. } => {
-            "what has no animations stands at rest: leave out --clip and --time"
+            "what has no animations stands at rest: leave out --animation and --time"
         }
-        SceneError::NoSuchAnimation { .. } => "choose one of them by its number: --clip NUMBER",
+        SceneError::NoSuchAnimation { .. } => "choose one of them by its number: --animation NUMBER",
         SceneError::UnknownFormat { .. } => "convert it to one of these",
         SceneError::UnsupportedExtension { extension, ignorable: true, .. } if extension == "CESIUM_RTC" => {
             return Some(format!("build the model around its own origin: --ignore-extension {extension}"));

@@ -24,10 +24,10 @@ pub struct ReadArgs {
     /// The glTF scene to build; default: the one that the file names
     #[arg(long, value_name = "N")]
     pub scene: Option<u32>,
-    /// Pose a glTF model by this clip (animation), at --time or else at its first key
-    #[arg(long = "clip", value_name = "NAME|NUMBER", value_parser = animation_choice)]
+    /// Pose a glTF model by this animation (clip), at --time or else at its first key
+    #[arg(long, value_name = "NAME|NUMBER", value_parser = animation_choice)]
     pub animation: Option<AnimationChoice>,
-    /// Pose a glTF model at this time of --clip, or else of its only clip
+    /// Pose a glTF model at this time of --animation, or else of its only animation
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub time: Option<Seconds>,
     /// Read glTF as if this extension were not in the file, even where the file requires it; may be given again
@@ -80,7 +80,7 @@ impl ReadArgs {
     pub fn suit(&self, model: &Path, content: Option<&[u8]>) -> Result<(), Failure> {
         let chosen = [
             ("--scene", "scenes", self.scene.map(|number| format!("--scene {number}"))),
-            ("--clip", "animations", self.animation.as_ref().map(|_| "--clip".to_owned())),
+            ("--animation", "animations", self.animation.as_ref().map(|_| "--animation".to_owned())),
             ("--time", "animations", self.time.map(|time| format!("--time {time}"))),
         ];
         let chosen = chosen.into_iter().find_map(|(flag, things, given)| Some((flag, things, given?)));
