@@ -176,6 +176,16 @@ fn weights_of_an_animation_are_those_of_its_node_alone() {
 }
 
 #[test]
+fn instances_of_a_node_have_its_weights() {
+    let mut b = morphed(json!({ "mesh": 0 }));
+    let places = b.floats("VEC3", &[[0., 0., 0.], [100., 0., 0.]]);
+    b.0["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places } } });
+    add_weights(&mut b, 0, "LINEAR", &[0., 1.], &[0., 0., 1., 1.]);
+    let firsts: Vec<[f64; 3]> = posed(&b, 1.0).iter().map(|mesh| mesh[0]).collect();
+    assert_eq!(firsts, [[11., 0., 1.], [111., 0., 1.]]);
+}
+
+#[test]
 fn weights_step_and_follow_splines() {
     let mut b = morphed(json!({ "mesh": 0 }));
     add_weights(&mut b, 0, "STEP", &[0., 0.5], &[0., 1., 1., 0.]);
