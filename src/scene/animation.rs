@@ -78,6 +78,7 @@ impl Moment {
     }
 
     /// What [`Moment::effective`] recorded, by the value of each option; `None` where it recorded none.
+    #[cfg(any(feature = "cli", test))]
     pub(crate) fn recorded<'v>(value: impl Fn(&str) -> Option<&'v str>) -> Option<Moment> {
         let time = value("time")?.parse().ok();
         let by_number = value("animation_number").and_then(|n| n.parse().ok()).map(AnimationChoice::Number);

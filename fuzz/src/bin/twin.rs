@@ -119,9 +119,12 @@ fn run(target: &Target, cases: u64) -> bool {
     true
 }
 
+/// When a case began, and its input.
+type Running = (Instant, Vec<u8>);
+
 /// A thread that ends the program where a case does not end.
-fn watch(name: &'static str) -> Arc<Mutex<Option<(Instant, Vec<u8>)>>> {
-    let current: Arc<Mutex<Option<(Instant, Vec<u8>)>>> = Arc::default();
+fn watch(name: &'static str) -> Arc<Mutex<Option<Running>>> {
+    let current: Arc<Mutex<Option<Running>>> = Arc::default();
     let seen = Arc::clone(&current);
     std::thread::spawn(move || {
         loop {

@@ -52,9 +52,12 @@ fn run(input: &[u8]) -> Seen {
     seen
 }
 
+/// A file's header, and its sections with their bytes.
+type TakenApart = (Header, Vec<(SectionEntry, Vec<u8>)>);
+
 /// A small file with such a section: one that is not known, the provenance, or the names.
 fn file_of(kind: u8, stored: &[u8], raw_len: u32, decoded: Option<&[u8]>) -> (Vec<u8>, usize) {
-    static BASE: OnceLock<(Header, Vec<(SectionEntry, Vec<u8>)>)> = OnceLock::new();
+    static BASE: OnceLock<TakenApart> = OnceLock::new();
     let (header, sections) = BASE.get_or_init(|| bytes::take_apart(&valid::unknown_ancillary()));
     let mut sections = sections.clone();
     let wanted = [SectionKind(*b"XTRA"), SectionKind::META, SectionKind::NAMS][usize::from(kind) % 3];
