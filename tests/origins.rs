@@ -119,7 +119,7 @@ fn a_file_has_what_was_asked_for_and_states_the_lowest_version_that_knows_it() {
         // Numbers of vertices change nothing else.
         let without = opened(build(text, vertices).vertices(false));
         assert_eq!((without.nodes(), without.triangles()), (cache.nodes(), cache.triangles()));
-        assert!(without.vertices().is_empty() && without.find(SectionKind::VERT).is_none());
+        assert!(without.vertices().is_empty() && without.find(SectionKind::VERT, 0).is_none());
     }
     assert_eq!(keys.len(), 4);
 }
@@ -163,7 +163,7 @@ fn normals_point_to_the_front_whatever_mirrors() {
         let scene = Scene::new(vec![mesh.clone()], instances.clone()).unwrap();
         let options = BuildOptions { levels, ..BuildOptions::preset(Preset::Draft) };
         let cache = opened(Build::of_scene(scene).unwrap().options(options));
-        assert_eq!(cache.find(SectionKind::SIDE).is_some(), levels == Levels::One);
+        assert_eq!(cache.find(SectionKind::SIDE, 0).is_some(), levels == Levels::One);
         let mirrored: Vec<u32> = (0..cache.geoms().len() as u32).filter(|g| cache.is_mirrored(*g)).collect();
         assert_eq!(mirrored, if levels == Levels::One { vec![1, 2, 3, 5] } else { vec![] });
         for (i, place) in places().iter().enumerate() {
@@ -194,7 +194,7 @@ fn nothing_is_marked_where_nothing_mirrors_and_a_foreign_hit_has_no_normal() {
     let scene = Scene::new(vec![mesh], instances).unwrap();
     let options = BuildOptions { levels: Levels::One, ..BuildOptions::preset(Preset::Draft) };
     let cache = opened(Build::of_scene(scene).unwrap().options(options));
-    assert_eq!((cache.header().minor, cache.find(SectionKind::SIDE)), (0, None));
+    assert_eq!((cache.header().minor, cache.find(SectionKind::SIDE, 0)), (0, None));
     let hit = cache.closest_hit(&Ray::new([0.2, 0.3, 1.0], [0.0, 0.0, -1.0])).unwrap().unwrap();
     assert!(cache.normal(&hit).is_some());
     assert_eq!(cache.normal(&bvhc::Hit { triangle: 99, ..hit }), None);

@@ -13,6 +13,7 @@ mod determinism;
 mod documents;
 mod extensions;
 mod forged;
+mod frames;
 mod inputs;
 mod inspect;
 mod interrupt;

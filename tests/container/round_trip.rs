@@ -18,7 +18,7 @@ fn hash_level() -> OpenOptions {
 /// What a reader hands out, as an image again.
 fn content(cache: &Cache) -> Image {
     let view = cache.view();
-    let (names, has_sides) = (cache.names(), cache.find(SectionKind::SIDE).is_some());
+    let (names, has_sides) = (cache.names(), cache.find(SectionKind::SIDE, 0).is_some());
     Image {
         nodes: view.nodes.to_vec(),
         triangles: view.triangles.to_vec(),

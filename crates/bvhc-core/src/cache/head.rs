@@ -38,7 +38,7 @@ impl Head {
     fn parse(file: &[u8]) -> Result<Head, Fault> {
         let container = Container::parse(file)?;
         container.check_head()?;
-        let meta = container.find(SectionKind::META);
+        let meta = container.find(SectionKind::META, 0);
         let Container { header, entries, .. } = container;
         let (meta, meta_error) = match meta.and_then(|i| entries.get(i)) {
             Some(entry) => match read_meta(file, entry)? {

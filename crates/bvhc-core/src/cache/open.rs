@@ -88,7 +88,7 @@ const GIVEN: &str = "the given bytes";
 impl<'a> Opened<'a> {
     fn new(bytes: FileBytes<'a>, name: &str, options: &OpenOptions, exec: &Executor) -> Result<Opened<'a>, CacheError> {
         let container = Container::parse(bytes.as_slice()).map_err(|fault| fault.of(name))?;
-        let find = |kind| container.find(kind);
+        let find = |kind| container.find(kind, 0);
         let places = Places {
             node: find(SectionKind::NODE),
             tris: find(SectionKind::TRIS),

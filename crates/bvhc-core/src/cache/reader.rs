@@ -55,9 +55,9 @@ impl Opened<'_> {
         &self.container.entries
     }
 
-    /// The index in [`Cache::sections`] of the section of this kind, if this version can read it.
-    pub fn find(&self, kind: SectionKind) -> Option<usize> {
-        self.container.find(kind)
+    /// The index in [`Cache::sections`] of the section of this kind and number, if this version can read it.
+    pub fn find(&self, kind: SectionKind, ordinal: u32) -> Option<usize> {
+        self.container.find(kind, ordinal)
     }
 
     /// The level at which the file was opened.

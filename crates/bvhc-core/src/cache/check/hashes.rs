@@ -65,13 +65,13 @@ pub fn check<'a>(
     };
 
     // The rows of BLAS come first: what they contradict is not worth decoding.
-    let blas = container.find(SectionKind::BLAS);
+    let blas = container.find(SectionKind::BLAS, 0);
     let mut first = blas.map(|i| look(i, container.stored(file, i), May::new(fits, agree)));
     let mut rows = Report::new(limits.max_issues);
     if total > 0
         && let Some((_, Some(decoded))) = &first
     {
-        let count = |kind| container.find(kind).map_or(0, |i| container.entries[i].elem_count);
+        let count = |kind| container.find(kind, 0).map_or(0, |i| container.entries[i].elem_count);
         // Bytes that start anywhere are looked at row by row.
         let blases: Vec<BlasRecord> =
             decoded.as_slice().chunks_exact(size_of::<BlasRecord>()).map(bytemuck::pod_read_unaligned).collect();

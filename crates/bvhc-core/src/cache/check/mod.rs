@@ -162,7 +162,7 @@ pub(super) fn check_content<'a>(
     exec: &Executor,
 ) -> bool {
     // Read what stands by itself first.
-    let find = |kind| container.find(kind).and_then(|i| Some((bytes(i)?, &container.entries[i])));
+    let find = |kind| container.find(kind, 0).and_then(|i| Some((bytes(i)?, &container.entries[i])));
     let meta = find(SectionKind::META).and_then(|(bytes, _)| provenance::check_meta(bytes, &container.header, out));
 
     // Records can only be judged together.
@@ -214,7 +214,7 @@ pub(super) fn check_content<'a>(
         out.errors() == before
     });
     if let Some(source) = source {
-        let is_absent = |kind| container.find(kind).is_none();
+        let is_absent = |kind| container.find(kind, 0).is_none();
         let materials = materials.map(|(bytes, _)| bytes).or_else(|| is_absent(SectionKind::MATS).then_some(&[][..]));
         let sides = sides.or_else(|| is_absent(SectionKind::SIDE).then_some(&[][..]));
         let materials = materials.map(Names::new);

@@ -63,9 +63,9 @@ impl Container {
         }
     }
 
-    /// The section of this kind, if this version can read it: number 0, which is the only one of every kind that it knows.
-    pub fn find(&self, kind: SectionKind) -> Option<usize> {
-        self.entries.iter().position(|e| e.kind == kind && e.ordinal == 0 && is_understood(e))
+    /// The section of this kind and number, if this version can read it. Kinds of today have number 0 alone; frames and layouts will have more.
+    pub fn find(&self, kind: SectionKind, ordinal: u32) -> Option<usize> {
+        self.entries.iter().position(|e| (e.kind, e.ordinal) == (kind, ordinal) && is_understood(e))
     }
 
     /// The stored bytes of a section; `None` beyond the table, outside the file, and where a rule keeps them from being read.
@@ -91,7 +91,7 @@ impl Container {
             (&rules::E0304, 184, SectionKind::BLAS, header.blas_count.into()),
             (&rules::E0305, 188, SectionKind::INST, header.instance_count.into()),
         ] {
-            let found = self.find(kind);
+            let found = self.find(kind, 0);
             let count = match found.map(|i| (&self.entries[i], self.readable[i])) {
                 Some((entry, true)) => entry.elem_count,
                 Some((_, false)) => continue, // how many records it has is not known

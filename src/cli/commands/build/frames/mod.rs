@@ -42,7 +42,7 @@ pub enum Missing {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
     pub number: i32,
-    /// The path that the pattern has for it.
+    /// The path that names it: of its file, or the one that the pattern has for a frame that is held.
     pub path: PathBuf,
     /// The file that is there: another one for a frame that is held.
     pub model: PathBuf,
@@ -112,12 +112,14 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
     }
     let mut frames: Vec<Frame> = Vec::new();
     for number in numbers {
-        let path = pattern.path(number);
         match (folder.files.get(&number), frames.last(), args.missing) {
-            (Some(name), ..) => frames.push(Frame { number, path, model: pattern.file(name) }),
+            (Some(name), ..) => {
+                let path = pattern.file(name);
+                frames.push(Frame { number, model: path.clone(), path });
+            }
             (None, Some(before), Missing::Hold) => {
                 let model = before.model.clone();
-                frames.push(Frame { number, path, model });
+                frames.push(Frame { number, path: pattern.path(number), model });
             }
             (None, None, Missing::Hold) => {
                 return Err(refuse(
