@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         })
         .collect();
 
-    // All hits at once, on all cores.
+    // All hits at once, on all cores with the feature `rayon`.
     let mut hits = vec![None; rays.len()];
     cache.closest_hits(&rays, &mut hits)?;
     let pixels: Vec<u8> = hits.iter().flat_map(|hit| hit.map_or([24, 28, 36], |hit| shade(&cache, &hit))).collect();

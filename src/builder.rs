@@ -11,6 +11,7 @@ use crate::exec::Executor;
 use crate::geom::{Affine, Point, Ray};
 use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, Scene, SceneError};
 use crate::trace::{Hit, Malformed, any_hit, closest_hit};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// A build before it runs: what is built, how, and on how many threads.
@@ -51,6 +52,8 @@ pub struct Build {
     options: BuildOptions,
     vertices: bool,
     threads: usize,
+    /// Meshes that the caller added and that no instance shows yet.
+    unplaced: BTreeSet<u32>,
 }
 
 impl Build {
@@ -95,7 +98,7 @@ impl Build {
         Ok(Build { scene, read: Some(options.clone()), vertices: options.vertices, ..Build::default() })
     }
 
-    /// Add a mesh, which no ray meets until an instance shows it. Returns its number.
+    /// Add a mesh, which [`Build::add_instance`] has to place. Returns its number.
     ///
     /// # Errors
     /// As [`Build::new`].
@@ -109,6 +112,7 @@ impl Build {
         let mut mesh = Mesh::new(name, positions.to_vec(), triangles.to_vec())?;
         mesh.parts.iter_mut().for_each(|part| part.source_mesh = number as u32);
         self.scene.meshes.push(mesh);
+        self.unplaced.insert(number as u32);
         Ok(number as u32)
     }
 
@@ -126,6 +130,7 @@ impl Build {
         }
         let name = self.scene.meshes[mesh as usize].name.clone();
         self.scene.instances.push(Instance { mesh, transform: object_to_world, node: instance as u32, name });
+        self.unplaced.remove(&mesh);
         Ok(instance as u32)
     }
 
@@ -154,8 +159,8 @@ impl Build {
     /// Build.
     ///
     /// # Errors
-    /// Where an option is out of its range, the scene is too large, no threads can be started, or vertices are asked for of a model that was
-    /// read without them.
+    /// Where an option is out of its range, the scene is too large, no threads can be started, a mesh was added and not placed, or vertices are
+    /// asked for of a model that was read without them.
     pub fn run(self) -> Result<Built, BuildError> {
         let exec = Executor::new(self.threads)?;
         self.run_on(exec, &NoProgress)
@@ -166,7 +171,11 @@ impl Build {
     /// # Errors
     /// As [`Build::run`], and where `progress` cancels the build.
     pub fn run_on(self, exec: Executor, progress: &dyn Progress) -> Result<Built, BuildError> {
-        let Build { mut scene, read, options, vertices, .. } = self;
+        let Build { mut scene, read, options, vertices, unplaced, .. } = self;
+        if let Some(mesh) = unplaced.first() {
+            let name = scene.meshes[*mesh as usize].name.clone();
+            return Err(BuildError::Unplaced { mesh: *mesh, name });
+        }
         number_vertices(&mut scene, vertices)?;
         let method = options.method;
         let mut recipe =

@@ -68,7 +68,7 @@
 //! - [`compile`]: a whole scene becomes all of its trees;
 //! - [`Build`]: all of this in one go;
 //! - [`verify`]: rays traced on the CPU and on OpenCL devices, compared with the oracle;
-//! - [`report`]: facts about a file, as `bvhc info --json` prints them, and charts.
+//! - [`report`]: facts about a file, as data, and charts.
 //!
 //! The file format is `format-spec/SPEC.md`: a reader in another language needs nothing else.
 

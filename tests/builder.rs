@@ -62,6 +62,16 @@ fn geometry_that_no_file_can_hold_is_refused_by_every_build() {
 }
 
 #[test]
+fn a_mesh_that_was_added_and_not_placed_is_told() {
+    let mut build = Build::new(&POSITIONS, &TRIANGLES).unwrap();
+    let second = build.add_mesh("second", &POSITIONS, &TRIANGLES).unwrap();
+    let error = build.clone().run().unwrap_err();
+    assert_eq!(error, BuildError::Unplaced { mesh: second, name: "second".into() });
+    build.add_instance(second, Affine::translation([9.0, 0.0, 0.0])).unwrap();
+    assert_eq!(build.run().unwrap().view().instances.len(), 2);
+}
+
+#[test]
 fn instances_that_lead_nowhere_are_refused() {
     let place = |mesh, transform| Instance { mesh, transform, node: 0, name: String::new() };
     let scene = |instance| Scene::new(vec![mesh()], vec![instance]);

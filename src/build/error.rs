@@ -16,6 +16,14 @@ pub enum BuildError {
         "cannot build with vertices: the model was read without their numbers, which ReadOptions::vertices asks for"
     )]
     NoVertices,
+    /// A mesh was added, and no instance shows it: no ray would meet it.
+    #[error("cannot build: mesh {mesh} ('{name}') was added, and no instance places it")]
+    Unplaced {
+        /// Its number.
+        mesh: u32,
+        /// Its name.
+        name: String,
+    },
     /// 32-bit indices do not reach further.
     #[error("cannot build {what}: it would hold {needed}, and the limit is {limit}")]
     TooLarge {

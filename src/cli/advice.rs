@@ -32,7 +32,9 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
         SceneError::NoSuchAnimation { count: 0, .. } => {
             "what has no animations stands at rest: leave out --animation and --time"
         }
-        SceneError::NoSuchAnimation { .. } => "choose one of them by its number: --animation NUMBER",
+        SceneError::NoSuchAnimation { .. } => {
+            "choose one of them by its number, or by its name letter by letter: --animation NUMBER"
+        }
         SceneError::UnknownFormat { .. } => "convert it to one of these",
         SceneError::UnsupportedExtension { extension, ignorable: true, .. } if extension == "CESIUM_RTC" => {
             return Some(format!("build the model around its own origin: --ignore-extension {extension}"));

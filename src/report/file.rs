@@ -5,7 +5,7 @@ use super::stats::{TreeReport, TreeStats};
 use crate::cache::View;
 use serde::Serialize;
 
-/// What `bvhc stats --json` prints for each file.
+/// The figures of a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FileReport {
     pub path: String,

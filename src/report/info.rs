@@ -1,4 +1,4 @@
-//! The facts that a file's first kilobyte tells, in the shape that `bvhc info --json` prints.
+//! The facts that a file's first kilobyte tells, as data.
 //!
 //! Fields may be added, never renamed or removed. Counts are plain numbers (all below 2⁵³), identities are lower-case hex,
 //! flag words are given as numbers and as the names of their known bits.

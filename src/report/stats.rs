@@ -185,7 +185,7 @@ fn area_of([x, y, z]: [f64; 3]) -> f64 {
     if x >= 0.0 && y >= 0.0 && z >= 0.0 { x * y + y * z + z * x } else { 0.0 }
 }
 
-/// The same facts with names, means included: what `stats --json` prints and what every text is made from.
+/// The same facts with names, means included: what every text is made from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TreeReport {
     pub trees: u64,

@@ -14,7 +14,7 @@ use crate::scene::{Instance, Mesh};
 /// Everything that a cache file stores, still in memory: one tree per mesh and, in a two-level file, one over the instances.
 #[derive(Clone, Debug, Default)]
 pub struct Accel {
-    /// The geometry that the BLASes index, parallel to `blases`. With `--flatten`, one mesh in world space.
+    /// The geometry that the BLASes index, parallel to `blases`. At one level, one mesh in world space.
     pub meshes: Vec<Mesh>,
     /// One tree over each of `meshes`.
     pub blases: Vec<Tree>,

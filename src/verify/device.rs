@@ -13,7 +13,7 @@ pub enum Query {
 
 /// Something that traces rays through one view, which it was made for.
 pub trait Device {
-    /// As `--device` names it: `cpu`, `opencl:0`.
+    /// A name that tells devices apart: `cpu`, `opencl:0`.
     fn name(&self) -> &str;
     /// What it is, for people: the processor's own name and driver.
     fn description(&self) -> String;

@@ -1,6 +1,6 @@
 use crate::trace::rays::RaySet;
 
-/// The sets by the names that `--rays-from` takes.
+/// The sets by their names.
 pub const SETS: [(&str, RaySet); RaySet::ALL.len()] = {
     let mut table = [("", RaySet::Uniform); RaySet::ALL.len()];
     let mut i = 0;
@@ -11,13 +11,13 @@ pub const SETS: [(&str, RaySet); RaySet::ALL.len()] = {
     table
 };
 
-/// What `--rays-from` calls the set.
+/// The name of a set.
 #[cfg(feature = "cli")]
 pub fn set_name(set: RaySet) -> &'static str {
     set.name()
 }
 
-/// The set that `--rays-from` calls so.
+/// The set of this name.
 #[cfg(feature = "cli")]
 pub fn set_named(name: &str) -> Option<RaySet> {
     SETS.iter().find(|(n, _)| *n == name).map(|(_, set)| *set)

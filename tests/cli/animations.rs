@@ -122,7 +122,7 @@ fn what_cannot_be_posed_is_refused_with_the_animations_that_there_are() {
         ("two.gltf --time 1.5", 4, "animation 1 'Fall': 1 key at 1 s"),
         ("two.gltf --animation Walk", 4, "it has no animation named 'Walk'"),
         ("two.gltf --animation 2", 4, "animation 0 'Rise': 2 keys from 1 to 2 s, 1 a second"),
-        ("two.gltf --animation 2", 4, "--animation NUMBER"),
+        ("two.gltf --animation 2", 4, "letter by letter: --animation NUMBER"),
         ("same.gltf --animation Rise", 4, "2 animations named 'Rise'"),
         ("tri.gltf --time 0", 4, "it has no animations"),
         ("tri.gltf --animation 0", 4, "leave out --animation and --time"),

@@ -14,11 +14,11 @@ pub struct MethodInfo {
     /// Raised when the same input and options give another tree, and only then: old caches are out of date from there
     /// on. [`Method::revision`] is what files name.
     pub revision: u32,
-    /// One line for `--help`.
+    /// One line of help.
     pub summary: &'static str,
 }
 
-/// Every method, in the order in which `--help` lists them.
+/// Every method, in the order in which they are listed.
 pub const METHODS: &[MethodInfo] = &[
     MethodInfo {
         method: Method::Binned,
@@ -75,7 +75,7 @@ pub(crate) struct PresetInfo {
     pub method: Method,
 }
 
-/// Every preset, in the order in which `--help` lists them.
+/// Every preset, in the order in which they are listed.
 pub(crate) const PRESETS: &[PresetInfo] = &[
     PresetInfo { preset: Preset::Auto, name: "auto", method: Method::Auto },
     PresetInfo { preset: Preset::Draft, name: "draft", method: Method::Binned },

@@ -43,7 +43,8 @@ impl Triangulator {
     ///
     /// Concave faces are cut along diagonals inside them: by the two diagonals' signs for quadrilaterals, by ear clipping in
     /// the plane for more corners. A face that crosses itself, has no area or is not finite becomes a fan about its
-    /// first corner, as most readers make of every face.
+    /// first corner, as most readers make of every face. So does one that is seen to wind around more than once, on which ear clipping takes
+    /// cubic time.
     pub fn add(&mut self, corners: &[u32], positions: &[[f64; 3]], out: &mut Vec<[u32; 3]>) {
         let n = corners.len();
         let first = out.len();
@@ -57,6 +58,7 @@ impl Triangulator {
                     return;
                 }
             }
+            _ if repeats(corners, positions) => {}
             _ => {
                 let normal = newell_normal(n, at);
                 for project in [Projection::drop_axis(normal), Projection::onto_plane(normal)].into_iter().flatten() {
@@ -78,7 +80,7 @@ impl Triangulator {
         let flat = &self.flat;
         let n = flat.len();
         let polygon_area: f64 = (1..n - 1).map(|i| area2(flat[0], flat[i], flat[i + 1])).sum();
-        if !(polygon_area.is_finite() && polygon_area > 0.0) {
+        if !(polygon_area.is_finite() && polygon_area > 0.0 && polygon_area <= box_area2(flat)) {
             return false;
         }
         let first = out.len();
@@ -94,6 +96,31 @@ impl Triangulator {
         let slack = polygon_area * 1e-9;
         triangles.len() == n - 2 && triangles.iter().all(|t| area(t) >= -slack) && (sum - polygon_area).abs() <= slack
     }
+}
+
+/// Whether a face of many corners stands at most of its points more than once. One that is joined to its holes stands at some of them twice.
+fn repeats(corners: &[u32], positions: &[[f64; 3]]) -> bool {
+    const FEW: usize = 32;
+    if corners.len() <= FEW {
+        return false;
+    }
+    // 0 and -0 are one coordinate.
+    let bits = |v: &u32| positions[*v as usize].map(|c| (c + 0.0).to_bits());
+    let mut points: Vec<[u64; 3]> = corners.iter().map(bits).collect();
+    points.sort_unstable();
+    points.dedup();
+    2 * points.len() < corners.len()
+}
+
+/// Twice the area of the box around the points, which no polygon that goes around once has more of; with some slack for rounding.
+fn box_area2(flat: &[[f64; 2]]) -> f64 {
+    let extent = |axis: usize| {
+        let ends = flat
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p[axis]), high.max(p[axis])]);
+        ends[1] - ends[0]
+    };
+    2.0 * extent(0) * extent(1) * (1.0 + 1e-9)
 }
 
 /// Put back the corners that ear clipping leaves out because they lie straight between their neighbours: the triangle on

@@ -51,7 +51,7 @@ impl RaySet {
         RaySet::Grid,
     ];
 
-    /// What `--rays-from` takes.
+    /// Its name.
     pub const fn name(self) -> &'static str {
         match self {
             RaySet::Camera => "camera",

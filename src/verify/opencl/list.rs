@@ -19,7 +19,7 @@ pub enum DeviceKind {
     Other,
 }
 
-/// An OpenCL device, as `--list-devices` shows it.
+/// An OpenCL device and what it can do.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct DeviceInfo {

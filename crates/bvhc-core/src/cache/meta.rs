@@ -101,7 +101,7 @@ impl Meta {
             return Err(fault(format!("META may have {MAX_META_LEN} bytes and has {}", bytes.len())));
         }
         let (layout, consumed): (Layout, usize) = bincode::decode_from_slice(bytes, encoding())
-            .map_err(|e| fault(format!("META must follow its layout and does not: {e}")))?;
+            .map_err(|e| fault(format!("META must follow its layout and does not: {}", reason(&e))))?;
         if consumed != bytes.len() {
             return Err(fault(format!("META must end at byte {consumed} and has {} bytes", bytes.len())));
         }
@@ -225,5 +225,16 @@ mod tests {
         assert!(Meta::decode(&bytes).is_err());
         assert!(Meta { notes: vec!["x".repeat(MAX_STRING_LEN + 1)], ..sample() }.encode().is_err());
         assert!(Meta { notes: vec!["x".repeat(4000); 300], ..sample() }.encode().is_err());
+    }
+}
+
+/// What bincode found, in words: its own texts are those of a debugger.
+fn reason(error: &bincode::error::DecodeError) -> &'static str {
+    use bincode::error::DecodeError;
+    match error {
+        DecodeError::Utf8 { .. } => "a text in it is not UTF-8",
+        DecodeError::UnexpectedEnd { .. } => "it ends too early",
+        DecodeError::LimitExceeded => "it would take more memory than it may",
+        _ => "its bytes are none that a writer makes",
     }
 }

@@ -143,7 +143,7 @@ impl<'a> Opened<'a> {
                 match unpacked {
                     Ok(raw) => self.decoded[i] = Some(raw),
                     Err(fault) if entry.is(section_flags::CRITICAL) => return Err(fault),
-                    // It is what its writer wrote, and nothing that a ray needs: `check` reports it.
+                    // It is what its writer wrote, and nothing that a ray needs: a check of the records reports it.
                     Err(fault) if Some(i) == meta_place => self.meta_error = Some(fault.to_string()),
                     Err(_) => {}
                 }

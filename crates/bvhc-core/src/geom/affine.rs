@@ -95,7 +95,7 @@ impl Affine {
         self.rows.map(|r| r[0] * v[0] + r[1] * v[1] + r[2] * v[2])
     }
 
-    /// A vertex moved by this map, computed in `f64` and rounded once: what `--flatten` writes.
+    /// A vertex moved by this map, computed in `f64` and rounded once: what a file of one level holds.
     #[inline]
     pub fn bake(&self, p: Point) -> Point {
         self.transform_point(p.map(f64::from)).map(|v| v as f32)

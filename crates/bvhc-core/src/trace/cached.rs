@@ -69,7 +69,7 @@ impl Opened<'_> {
         any_hit(&self.view(), ray)
     }
 
-    /// The nearest hit of each of many rays, on all threads; see [`View::closest_hits`].
+    /// The nearest hit of each of many rays, on all threads with the feature `rayon`, else on this one; see [`View::closest_hits`].
     ///
     /// # Errors
     /// As [`Opened::closest_hit`].

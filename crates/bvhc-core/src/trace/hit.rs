@@ -2,6 +2,9 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The point is `origin + t·direction` of the ray that was asked, in world space.
+    ///
+    /// It is decided in `f64` and rounded to the nearest `f32`, which may lie before the triangle: a ray that shall still meet it ends at
+    /// `t.next_up()`.
     pub t: f32,
     /// Weight of the triangle's second corner: the point is `(1 − u − v)·v0 + u·v1 + v·v2`.
     pub u: f32,

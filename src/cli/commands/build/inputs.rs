@@ -76,6 +76,16 @@ fn read_stdin(args: &BuildArgs, limit: u64) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
+/// Say in a dry run what a build would say: that there is no such model.
+pub fn there(job: &Job) -> Result<(), Failure> {
+    match job.input.metadata() {
+        Err(error) if job.bytes.is_none() => {
+            Err(Failure::new(Exit::Io, format!("cannot read {}", names::path(&job.input))).fact(error.to_string()))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The files that a pattern matches; anything that exists or is no pattern stands for itself.
 fn matches(path: &Path) -> Result<Vec<PathBuf>, Failure> {
     let pattern = path.to_str().filter(|text| text.contains(['*', '?', '[']));

@@ -173,6 +173,7 @@ fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
                 exit_name: failure.exit.name(),
                 error: failure.action,
                 facts: failure.facts,
+                help: failure.help,
             });
             Ok((outcome, failure.exit))
         }
@@ -210,6 +211,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
         caches::may_replace(&job.output)?;
     }
     if args.dry_run {
+        inputs::there(job)?;
         let from = job.frame.map_or_else(String::new, |_| format!(" from {}", names::path(&job.input)));
         let line = format!("{name}  would build{from}: {reason}");
         return Ok((Outcome { reason: Some(reason), ..Outcome::new(job, Status::WouldBuild) }, line));

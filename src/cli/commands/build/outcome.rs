@@ -46,6 +46,7 @@ pub struct ErrorObject {
     pub exit_name: &'static str,
     pub error: String,
     pub facts: Vec<String>,
+    pub help: Option<String>,
 }
 
 /// The figures of a finished build.

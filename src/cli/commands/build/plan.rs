@@ -100,6 +100,9 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
             args.output.clone()
         };
         if let Some(other) = owners.insert(output.clone(), input.clone()) {
+            if other == input {
+                return Err(refuse(format!("{} is named twice", names::path(&input))).help("name it once"));
+            }
             let fact = format!(
                 "{} and {} would both become {}",
                 names::path(&other),

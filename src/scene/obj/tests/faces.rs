@@ -112,4 +112,9 @@ fn old_spellings_of_nan_are_nan() {
         let scene = read(format!("{TRIANGLE}v 0 {nan} 0\nf 1 2 3\nf 1 2 4\n"));
         assert_eq!((scene.report.non_finite_triangles, scene.meshes[0].triangles.len()), (1, 1), "{nan}");
     }
+    for none in ["5#foo", "0#", "(5", "abc(", "nan(", "1.#", "2.#INF"] {
+        let text = format!("{TRIANGLE}v 0 {none} 0\nf 1 2 3\nf 1 2 4\n");
+        let said = error(text);
+        assert!(said.contains(&format!("'{none}' is not a number")), "{none}: {said}");
+    }
 }

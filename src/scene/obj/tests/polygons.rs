@@ -125,6 +125,27 @@ fn hostile_polygons_end() {
     println!("2,000 random corners: {:?}", started.elapsed());
 }
 
+/// Ear clipping takes cubic time on these: minutes for what is read at once as a fan.
+#[test]
+fn faces_that_wind_around_many_times_become_fans() {
+    let wound = |points: usize, turns: usize, step: f64| {
+        let mut text = String::new();
+        let corners = points * turns;
+        for i in 0..corners {
+            // The same points over and over, or each a little further out.
+            let (angle, radius) = ((i % points) as f64 / points as f64 * std::f64::consts::TAU, 1.0 + step * i as f64);
+            text += &format!("v {} {} 0\n", radius * angle.cos(), radius * angle.sin());
+        }
+        let numbers: Vec<String> = (1..=corners).map(|n| n.to_string()).collect();
+        text + "f " + &numbers.join(" ") + "\nf 1 2 3\n"
+    };
+    for text in [wound(3, 2000, 0.0), wound(7, 800, 0.0), wound(5, 1200, 1e-4)] {
+        let mesh = &read(text).meshes[0];
+        let corners: Vec<[u32; 3]> = mesh.triangles.iter().take(40).copied().collect();
+        assert!(corners.iter().all(|t| t.contains(&corners[0][0])), "{corners:?}");
+    }
+}
+
 #[test]
 fn large_faces_share_an_allowance_and_small_ones_need_none() {
     let mut cut = Triangulator::new(MAX_LARGE_WORK);

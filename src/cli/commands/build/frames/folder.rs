@@ -1,5 +1,6 @@
 //! The files of a folder that a pattern of frames matches.
 
+use super::numbers::MOST;
 use super::pattern::{Match, Pattern};
 use std::collections::BTreeMap;
 
@@ -10,6 +11,8 @@ pub struct Folder {
     pub files: BTreeMap<i32, String>,
     /// Names that would match with another number of digits, and that number.
     pub padded: BTreeMap<i32, (String, usize)>,
+    /// The first name whose number is larger than that of any frame.
+    pub beyond: Option<String>,
     /// The first number that two files have.
     pub twice: Option<(i32, [String; 2])>,
 }
@@ -26,6 +29,7 @@ impl Folder {
         for name in names {
             match pattern.matches(&name) {
                 Match::No => {}
+                Match::Beyond => _ = folder.beyond.get_or_insert(name),
                 Match::Padded(number, width) => _ = folder.padded.entry(number).or_insert((name, width)),
                 Match::Frame(number) => {
                     if let Some(other) = folder.files.insert(number, name.clone()) {
@@ -37,18 +41,14 @@ impl Folder {
         Ok(folder)
     }
 
-    /// The numbers from the first to the last frame, in the steps that all frames have.
-    pub fn expected(&self) -> Vec<i32> {
+    /// The numbers from the first to the last frame, in the largest step that meets all of them; `None` where they are more than a sequence has.
+    pub fn expected(&self) -> Option<Vec<i32>> {
         let numbers: Vec<i32> = self.files.keys().copied().collect();
         let steps = numbers.windows(2).map(|pair| i64::from(pair[1]) - i64::from(pair[0]));
-        let Some(step) = steps.reduce(common_divisor) else { return numbers };
+        let Some(step) = steps.reduce(common_divisor) else { return Some(numbers) };
         let (first, last) = (numbers[0], numbers[numbers.len() - 1]);
-        // Two frames far apart are no sequence with a million holes.
         let count = (i64::from(last) - i64::from(first)) / step + 1;
-        if count > 16 * numbers.len() as i64 + 1024 {
-            return numbers;
-        }
-        (0..count).map(|i| (i64::from(first) + i * step) as i32).collect()
+        (count <= MOST as i64).then(|| (0..count).map(|i| (i64::from(first) + i * step) as i32).collect())
     }
 }
 
@@ -82,12 +82,14 @@ mod tests {
             let files = numbers.iter().map(|n| (*n, String::new())).collect();
             Folder { files, ..Folder::default() }.expected()
         };
-        assert_eq!(expected(&[1, 2, 4]), [1, 2, 3, 4]);
-        assert_eq!(expected(&[10, 20, 40]), [10, 20, 30, 40]);
-        assert_eq!(expected(&[-2, 0, 2]), [-2, 0, 2]);
-        assert_eq!(expected(&[5]), [5]);
-        assert_eq!(expected(&[1, 1_000_000_000]), [1, 1_000_000_000]);
-        assert_eq!(expected(&[i32::MIN, 0, i32::MAX]), [i32::MIN, 0, i32::MAX]);
+        let some = |numbers: &[i32]| Some(numbers.to_vec());
+        assert_eq!(expected(&[1, 2, 4]), some(&[1, 2, 3, 4]));
+        assert_eq!(expected(&[10, 20, 40]), some(&[10, 20, 30, 40]));
+        assert_eq!(expected(&[-2, 0, 2]), some(&[-2, 0, 2]));
+        assert_eq!(expected(&[5]), some(&[5]));
+        assert_eq!(expected(&[1, 2, 2000]).map(|all| all.len()), Some(2000));
+        assert_eq!(expected(&[1, 2, 1_000_000_000]), None);
+        assert_eq!(expected(&[i32::MIN, 0, i32::MAX]), None);
     }
 
     #[test]

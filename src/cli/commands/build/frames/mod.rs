@@ -10,14 +10,15 @@ use crate::cli::figures;
 use crate::cli::names;
 use clap::{Args, ValueEnum};
 use folder::Folder;
-use numbers::Numbers;
+use numbers::{MOST, Numbers};
 pub use pattern::Pattern;
 use std::path::{Path, PathBuf};
 
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Frames")]
 pub struct FrameArgs {
-    /// Frames of the patterns among the inputs, such as 1-100, 1-100x5 or 1,5,10-20; default: all that are there
+    /// Frames of the patterns among the inputs, such as 1-100, 1-100x5 or 1,5,10-20; default: from the first
+    /// to the last that is there
     #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
     pub frames: Option<Numbers>,
     /// What to do where a frame is not there
@@ -88,7 +89,12 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
     }
     let (Some(first), Some(last)) = (folder.files.keys().next(), folder.files.keys().next_back()) else {
         return Err(match folder.padded.values().next() {
-            None => refuse(Exit::Io, "no such file exists, and as a pattern of frames it matches none".into()),
+            None => match &folder.beyond {
+                Some(name) => refuse(Exit::Io, format!("the number of {} is beyond {}", names::escape(name), i32::MAX))
+                    .help("give frames smaller numbers"),
+                None => refuse(Exit::Io, "no such file exists, and as a pattern of frames it matches none".into())
+                    .help(format!("see what is there: ls {}", names::path(pattern.folder()))),
+            },
             Some((name, width)) => {
                 let of = figures::counted(folder.padded.len() as u64, "file has", "files have");
                 refuse(Exit::Io, format!("{of} its numbers with another padding, such as {}", names::escape(name)))
@@ -99,7 +105,13 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
 
     // Go through the numbers in order, and see to those that have no file.
     let there = format!("{}, {first} to {last}", figures::counted(folder.files.len() as u64, "frame", "frames"));
-    let numbers = wanted.map_or_else(|| folder.expected(), |list| list.list().to_vec());
+    let numbers = wanted.map_or_else(|| folder.expected(), |list| Some(list.list().to_vec())).ok_or_else(|| {
+        refuse(
+            Exit::Usage,
+            format!("there are {there}, and a sequence has at most {} frames", figures::count(MOST as u64)),
+        )
+        .help("choose frames by --frames")
+    })?;
     let absent: Vec<i32> = numbers.iter().copied().filter(|n| !folder.files.contains_key(n)).collect();
     let gaps = folder::ranges(&absent);
     let missing = match absent.len() {
@@ -143,6 +155,9 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
     if let Some((name, _)) = folder.padded.values().next() {
         let count = figures::counted(folder.padded.len() as u64, "file", "files");
         warnings.push(format!("{shown}: {count} with another padding left out, such as {}", names::escape(name)));
+    }
+    if let Some(name) = &folder.beyond {
+        warnings.push(format!("{shown}: a frame number beyond {} left out: {}", i32::MAX, names::escape(name)));
     }
     let summary = format!("{shown}: {there}");
     Ok(Sequence { frames, summary, warnings })

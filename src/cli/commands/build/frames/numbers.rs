@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::str::FromStr;
 
 /// More frames than any sequence has; a list is held as single numbers.
-const MOST: usize = 1 << 20;
+pub const MOST: usize = 1 << 20;
 
 /// Numbers in ascending order, each once, and at least one.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ impl FromStr for Numbers {
         let mut numbers = BTreeSet::new();
         for part in text.split(',') {
             let (first, last, step) = range(part).ok_or_else(|| {
-                format!("'{part}' is no range of frames; write 7, 1-100, 1-100x5, or several with commas")
+                format!("'{part}' is no range of frames; write 7, 1-100, 1-100x5, or several with commas; no number is beyond {}", i32::MAX)
             })?;
             if last < first {
                 return Err(format!("the range {part} ends before it begins"));

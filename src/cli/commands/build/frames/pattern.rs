@@ -22,6 +22,8 @@ pub enum Match {
     Frame(i32),
     /// It would be, with another number of digits: this one.
     Padded(i32, usize),
+    /// Its number is larger than that of any frame.
+    Beyond,
     No,
 }
 
@@ -85,9 +87,10 @@ impl Pattern {
         let middle = name.strip_prefix(self.before.as_str()).and_then(|rest| rest.strip_suffix(self.after.as_str()));
         let Some(middle) = middle else { return Match::No };
         let digits = middle.strip_prefix('-').unwrap_or(middle);
-        let (Ok(number), true) = (middle.parse::<i32>(), digits.bytes().all(|b| b.is_ascii_digit())) else {
+        if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
             return Match::No;
-        };
+        }
+        let Ok(number) = middle.parse::<i32>() else { return Match::Beyond };
         let is_plain = digits.len() == 1 || !digits.starts_with('0');
         // Some programs count the sign as one of the digits, as `printf` does, and some do not.
         let is_padded = digits.len() == self.width || (middle.len() == self.width && digits.len() < middle.len());
@@ -194,7 +197,8 @@ mod tests {
             ("neg00x1.obj", Match::No),
             ("pos0001.obj", Match::No),
             ("neg0001.glb", Match::No),
-            ("neg99999999999.obj", Match::No),
+            ("neg99999999999.obj", Match::Beyond),
+            ("neg-.obj", Match::No),
         ] {
             assert_eq!(padded.matches(name), expected, "{name}");
         }

@@ -36,7 +36,7 @@ impl Args for TreeArgs {
             .value_name("NAME")
             .value_parser(ValueParser::new(choice::<Preset>()))
             .default_value("auto")
-            .help("Where to start from; the flags below override it, and one that `auto` or `best` does not read makes it sbvh")
+            .help("Where to start from; the flags below override it, and one of sbvh that `auto` or `best` does not read makes it sbvh")
             .long_help(preset_help());
         let method = Arg::new("method")
             .long("method")
