@@ -229,6 +229,7 @@ mod tests {
 }
 
 /// What bincode found, in words: its own texts are those of a debugger.
+#[cfg(feature = "meta")]
 fn reason(error: &bincode::error::DecodeError) -> &'static str {
     use bincode::error::DecodeError;
     match error {
