@@ -6,6 +6,7 @@
 #
 # Environment: BVHC_MODELS  folder of real scenes for the long tests (default ../shared/models; skipped when absent)
 #              BVHC_CASES   folder of inputs that were once read wrongly (default ../shared/cases; skipped when absent)
+#              BVHC_SEQUENCES  folder of animated situations (default ../shared/sequences; skipped when absent)
 #              BVHC_STRICT  1: a skipped part fails the run
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -62,6 +63,11 @@ export BVHC_CASES="${BVHC_CASES:-$PWD/../shared/cases}"
 if [ ! -d "$BVHC_CASES" ]; then
     skip "inputs that were once read wrongly: no folder at BVHC_CASES"
     unset BVHC_CASES
+fi
+export BVHC_SEQUENCES="${BVHC_SEQUENCES:-$PWD/../shared/sequences}"
+if [ ! -d "$BVHC_SEQUENCES" ]; then
+    skip "animated situations: no folder at BVHC_SEQUENCES"
+    unset BVHC_SEQUENCES
 fi
 part "unit, integration and documentation tests" cargo test --workspace --no-fail-fast
 

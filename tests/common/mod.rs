@@ -9,26 +9,28 @@ pub mod vectors;
 
 use std::path::PathBuf;
 
-/// The folder of real scenes: `BVHC_MODELS`, else `../shared/models` beside the repository. `None`, with a line that says so,
-/// where it is absent: such tests pass without it.
+/// The folder of real scenes: `BVHC_MODELS`, else `../shared/models` beside the repository.
 pub fn models_dir() -> Option<PathBuf> {
-    let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/models"));
-    let dir = std::env::var_os("BVHC_MODELS").map_or_else(beside, PathBuf::from);
-    if dir.is_dir() {
-        return Some(dir);
-    }
-    println!("skipped: no folder of models (set BVHC_MODELS)");
-    None
+    folder_of("BVHC_MODELS", "models")
 }
 
-/// The folder of inputs that once were read wrongly: `BVHC_CASES`, else `../shared/cases` beside the repository. `None`, with a line that
-/// says so, where it is absent: such tests pass without it.
+/// The folder of inputs that once were read wrongly: `BVHC_CASES`, else `../shared/cases`.
 pub fn cases_dir() -> Option<PathBuf> {
-    let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/cases"));
-    let dir = std::env::var_os("BVHC_CASES").map_or_else(beside, PathBuf::from);
+    folder_of("BVHC_CASES", "cases")
+}
+
+/// The folder of animated situations and baked animations: `BVHC_SEQUENCES`, else `../shared/sequences`.
+pub fn sequences_dir() -> Option<PathBuf> {
+    folder_of("BVHC_SEQUENCES", "sequences")
+}
+
+/// `None`, with a line that says so, where the folder is absent: such tests pass without it.
+fn folder_of(variable: &str, name: &str) -> Option<PathBuf> {
+    let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared")).join(name);
+    let dir = std::env::var_os(variable).map_or_else(beside, PathBuf::from);
     if dir.is_dir() {
         return Some(dir);
     }
-    println!("skipped: no folder of cases (set BVHC_CASES)");
+    println!("skipped: no folder of {name} (set {variable})");
     None
 }

@@ -4,22 +4,12 @@ mod baked;
 #[path = "../common/mod.rs"]
 mod common;
 
+use common::sequences_dir;
+
 use bvhc::scene::{self, AnimationChoice, Degenerate, ErrorKind, Moment, ReadOptions, Scene, SceneError, Seconds};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-/// The folder of animated situations and baked animations: `BVHC_SEQUENCES`, else `../shared/sequences` beside the repository. `None`, with a line
-/// that says so, where it is absent.
-fn sequences_dir() -> Option<PathBuf> {
-    let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/sequences"));
-    let dir = std::env::var_os("BVHC_SEQUENCES").map_or_else(beside, PathBuf::from);
-    if dir.is_dir() {
-        return Some(dir);
-    }
-    println!("skipped: no folder of sequences (set BVHC_SEQUENCES)");
-    None
-}
 
 fn read_at(path: &Path, animation: u32, time: f64) -> Result<Scene, SceneError> {
     let moment = Moment { animation: AnimationChoice::Number(animation), time: Seconds::new(time) };
