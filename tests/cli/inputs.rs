@@ -77,6 +77,7 @@ fn what_cannot_succeed_says_how_it_could() {
         ("build a.obj -o a.obj/a.bvhc", 3, "a.obj is not a folder"),
         ("build . -o a.bvhc", 3, "name the models in it"),
         ("build b.obj -o a.bvhc", 3, "paths start from"),
+        ("build b.obj -o a.bvhc --dry-run", 3, "paths start from"),
         ("build a.obj -o a.bvhc --jobs 100000", 2, "0 to 1024"),
         ("stats a.obj", 1, "bvhc build MODEL"),
         ("check a.obj", 1, "bvhc build MODEL"),

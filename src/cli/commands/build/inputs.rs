@@ -76,16 +76,6 @@ fn read_stdin(args: &BuildArgs, limit: u64) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
-/// Say in a dry run what a build would say: that there is no such model.
-pub fn there(job: &Job) -> Result<(), Failure> {
-    match job.input.metadata() {
-        Err(error) if job.bytes.is_none() => {
-            Err(Failure::new(Exit::Io, format!("cannot read {}", names::path(&job.input))).fact(error.to_string()))
-        }
-        _ => Ok(()),
-    }
-}
-
 /// The files that a pattern matches; anything that exists or is no pattern stands for itself.
 fn matches(path: &Path) -> Result<Vec<PathBuf>, Failure> {
     let pattern = path.to_str().filter(|text| text.contains(['*', '?', '[']));
@@ -126,7 +116,7 @@ fn natural(a: &[u8], b: &[u8]) -> Ordering {
     x.len().cmp(&y.len()).then_with(|| a.cmp(b))
 }
 
-/// A model is read more than once, which a pipe or a folder does not allow.
+/// A model must be there, and it is read more than once, which a pipe or a folder does not allow.
 pub fn readable(job: &Job) -> Result<(), Failure> {
     if job.bytes.is_some() {
         return Ok(());
@@ -140,7 +130,17 @@ pub fn readable(job: &Job) -> Result<(), Failure> {
         }
         Ok(m) if !m.is_file() => Err(refuse("it is not a regular file, and a model is read more than once")
             .help("pipe it in, with - as the input, or write the model to a file first")),
-        _ => Ok(()),
+        Ok(_) => Ok(()),
+        Err(error) => {
+            let refused = refuse(&error.to_string());
+            // A relative path that leads nowhere was mostly typed in another folder than it was meant for.
+            match std::env::current_dir() {
+                Ok(folder) if error.kind() == std::io::ErrorKind::NotFound && job.input.is_relative() => {
+                    Err(refused.help(format!("paths start from {}", names::path(&folder))))
+                }
+                _ => Err(refused),
+            }
+        }
     }
 }
 

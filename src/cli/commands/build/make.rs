@@ -17,7 +17,7 @@ use crate::cli::names;
 use crate::cli::progress::Bar;
 use crate::compile;
 use crate::exec::Executor;
-use crate::scene::{self, InputFile, Posed, ReadOptions, Scene, SceneError};
+use crate::scene::{self, InputFile, Posed, ReadOptions, Scene};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -115,8 +115,8 @@ impl Workshop<'_> {
             let scene = scene::read_bytes(bytes.clone(), inputs::STDIN, format, None, &self.read);
             return scene.map_err(|e| caches::scene_failure(&e));
         }
-        let scene =
-            scene::read_with(&job.input, &self.read, &self.context.exec, &mut progress).map_err(|e| missing(job, e))?;
+        let scene = scene::read_with(&job.input, &self.read, &self.context.exec, &mut progress)
+            .map_err(|e| caches::scene_failure(&e))?;
         match scene.inputs.iter().find(|i| same_file(&i.path, &job.output)) {
             Some(input) => Err(Failure::new(Exit::Usage, format!("cannot write {}", names::path(&job.output)))
                 .fact(format!("it is {}, a file that the model is read from", names::path(&input.path)))
@@ -149,19 +149,6 @@ impl Workshop<'_> {
         Err(Failure::new(Exit::TryAgain, format!("cannot vouch for {}", names::path(&job.output)))
             .fact("another process replaced it after it was written")
             .help("run one build of an output at a time"))
-    }
-}
-
-/// A relative path that leads nowhere was mostly typed in another folder than it was meant for.
-fn missing(job: &Job, error: SceneError) -> Failure {
-    let failure = caches::scene_failure(&error);
-    match (error, std::env::current_dir()) {
-        (SceneError::Unreadable { source, .. }, Ok(folder))
-            if source.kind() == std::io::ErrorKind::NotFound && job.input.is_relative() =>
-        {
-            failure.help(format!("paths start from {}", names::path(&folder)))
-        }
-        _ => failure,
     }
 }
 

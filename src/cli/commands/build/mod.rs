@@ -211,7 +211,6 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
         caches::may_replace(&job.output)?;
     }
     if args.dry_run {
-        inputs::there(job)?;
         let from = job.frame.map_or_else(String::new, |_| format!(" from {}", names::path(&job.input)));
         let line = format!("{name}  would build{from}: {reason}");
         return Ok((Outcome { reason: Some(reason), ..Outcome::new(job, Status::WouldBuild) }, line));
