@@ -9,7 +9,7 @@ use common::sequences_dir;
 use bvhc::scene::{self, AnimationChoice, Degenerate, ErrorKind, Moment, ReadOptions, Scene, SceneError, Seconds};
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 fn read_at(path: &Path, animation: u32, time: f64) -> Result<Scene, SceneError> {
     let moment = Moment { animation: AnimationChoice::Number(animation), time: Seconds::new(time) };
