@@ -5,9 +5,11 @@
 
 mod node;
 pub mod quality;
+mod refit;
 
 pub use bvhc_core::layout::{MAX_DEPTH, Node, max_depth};
 pub use node::Tree;
+pub use refit::refit;
 
 use crate::scene::{Instance, Mesh};
 
