@@ -9,6 +9,21 @@ use super::pack;
 use crate::exec::Executor;
 use crate::layout::SectionEntry;
 
+/// A section's decoded bytes, aligned for its records.
+pub enum Decoded<'a> {
+    InFile(&'a [u8]),
+    Owned(AlignedBytes),
+}
+
+impl Decoded<'_> {
+    pub fn as_slice(&self) -> &[u8] {
+        match self {
+            Decoded::InFile(bytes) => bytes,
+            Decoded::Owned(bytes) => bytes.as_slice(),
+        }
+    }
+}
+
 /// The content of a packed section, which has the hash that its entry states.
 #[cfg(feature = "zstd")]
 pub fn unpack(entry: &SectionEntry, stored: &[u8], raw_len: usize, exec: &Executor) -> Result<AlignedBytes, Fault> {

@@ -43,6 +43,18 @@ pub enum CacheError {
         /// Which limit it is, and by how much it is exceeded.
         limit: Limited,
     },
+    /// The file has many frames and was opened as a still one: [`Sequence`](super::Sequence) opens it.
+    Sequence {
+        /// The file.
+        name: String,
+        /// How many frames its header states.
+        frames: u32,
+    },
+    /// The file is a still one and was opened as a sequence: [`Cache`](super::Cache) opens it.
+    Still {
+        /// The file.
+        name: String,
+    },
     /// What was given to the writer cannot stand in a file. A fault of the program that called it.
     Unwritable {
         /// The file.
@@ -103,6 +115,8 @@ pub enum ErrorKind {
     Unsupported,
     /// A limit forbids it.
     Limit,
+    /// It is a sequence where a still file is needed, or the other way round.
+    Frames,
     /// A fault of the calling program.
     Internal,
 }
@@ -115,6 +129,10 @@ impl fmt::Display for CacheError {
                 write!(f, "cannot read {name}: {detail} ({rule})")
             }
             CacheError::Limit { name, limit } => write!(f, "cannot process {name}: {limit}"),
+            CacheError::Sequence { name, frames } => {
+                write!(f, "cannot read {name} as a still file: it is a sequence of {frames} frames")
+            }
+            CacheError::Still { name } => write!(f, "cannot read {name} as a sequence: it is a still file"),
             CacheError::Unwritable { name, detail } => write!(f, "cannot write {name}: {detail}"),
         }
     }
@@ -137,6 +155,7 @@ impl CacheError {
             CacheError::Invalid { .. } => ErrorKind::Invalid,
             CacheError::Unsupported { .. } => ErrorKind::Unsupported,
             CacheError::Limit { .. } => ErrorKind::Limit,
+            CacheError::Sequence { .. } | CacheError::Still { .. } => ErrorKind::Frames,
             CacheError::Unwritable { .. } => ErrorKind::Internal,
         }
     }

@@ -19,12 +19,14 @@ mod pack;
 mod reader;
 mod report;
 pub mod rules;
+mod sequence;
 mod sound;
 
 pub use crate::layout::{
-    BlasRecord, BlasView, GeomRecord, Header, InstanceRecord, KINDS, KNOWN_REQUIRED_FEATURES, KindRule, MAGIC, MAJOR,
-    MAX_SECTIONS, MAX_STRING_LEN, MIN_MINOR, MINOR, NO_NODE, Names, Presence, SectionEntry, SectionKind,
-    TriangleRecord, View, clip_name, minor_of, section_flags, side_flags, tree_flags,
+    BlasRecord, BlasView, FrameRecord, GeomRecord, Header, IndexedTriangleRecord, InstanceRecord, KINDS,
+    KNOWN_REQUIRED_FEATURES, KindRule, MAGIC, MAJOR, MAX_SECTIONS, MAX_STRING_LEN, MIN_MINOR, MINOR, NO_NODE, Names,
+    PoseRecord, Presence, SEQUENCE_MIN_MINOR, SectionEntry, SectionKind, TopologyRecord, TriangleRecord, View,
+    clip_name, minor_of, required_features, section_flags, side_flags, tree_flags,
 };
 pub use error::{CacheError, ErrorKind, Limited};
 pub use file_bytes::FileBytes;
@@ -32,6 +34,7 @@ pub use head::Head;
 pub use meta::{Dependency, MAX_META_LEN, Meta};
 pub use options::{OpenOptions, Validation};
 pub use reader::{Cache, Opened};
+pub use sequence::{Frame, Frames, Sequence};
 
 /// What writers of files share with the reader. Not part of the stable interface.
 #[doc(hidden)]

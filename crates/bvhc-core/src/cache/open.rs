@@ -9,9 +9,10 @@ use super::error::{CacheError, Fault};
 use super::file_bytes::FileBytes;
 use super::options::{OpenOptions, Validation};
 use super::reader::{Cache, Opened, Places};
+use super::sequence::is_of_frames;
 use super::{Meta, check};
 use crate::exec::Executor;
-use crate::layout::{SectionEntry, SectionKind, section_flags};
+use crate::layout::{SectionEntry, SectionKind, section_flags, tree_flags};
 
 impl Opened<'static> {
     /// Map a file and check its hashes: [`Cache::open_with`] and the default options.
@@ -83,10 +84,27 @@ impl Opened<'static> {
 }
 
 /// What errors call bytes that come from no file.
-const GIVEN: &str = "the given bytes";
+pub(super) const GIVEN: &str = "the given bytes";
 
 impl<'a> Opened<'a> {
     fn new(bytes: FileBytes<'a>, name: &str, options: &OpenOptions, exec: &Executor) -> Result<Opened<'a>, CacheError> {
+        let cache = Opened::front(bytes, name, options, exec)?;
+        if cache.header().has(tree_flags::SEQUENCE) {
+            return Err(CacheError::Sequence { name: name.to_owned(), frames: cache.header().frame_count });
+        }
+        if options.validation >= Validation::Tree {
+            cache.check_records(exec).map_err(|fault| fault.of(name))?;
+        }
+        Ok(cache)
+    }
+
+    /// A file whose container holds, with everything hashed and decoded that the level asks for; of a sequence only what all frames share.
+    pub(super) fn front(
+        bytes: FileBytes<'a>,
+        name: &str,
+        options: &OpenOptions,
+        exec: &Executor,
+    ) -> Result<Opened<'a>, CacheError> {
         let container = Container::parse(bytes.as_slice()).map_err(|fault| fault.of(name))?;
         let find = |kind| container.find(kind, 0);
         let places = Places {
@@ -107,23 +125,22 @@ impl<'a> Opened<'a> {
         let by_id = OnceLock::new();
         let mut cache = Opened { bytes, container, decoded, places, by_id, meta, meta_error, validation };
         cache.fill(meta_place, options, exec).map_err(|fault| fault.of(name))?;
-        if options.validation >= Validation::Tree {
-            cache.check_records(exec).map_err(|fault| fault.of(name))?;
-        }
         Ok(cache)
     }
 
     /// Hash, decode and read what the level asks for.
     fn fill(&mut self, meta_place: Option<usize>, options: &OpenOptions, exec: &Executor) -> Result<(), Fault> {
         // Hold what decoding will take against the limit before anything is allocated.
-        let packed = |e: &&SectionEntry| e.codec == SectionEntry::ZSTD;
+        let sequence = self.header().has(tree_flags::SEQUENCE);
+        let is_later = |e: &SectionEntry| sequence && is_of_frames(e.kind);
+        let packed = |e: &&SectionEntry| e.codec == SectionEntry::ZSTD && !is_later(e);
         let owned = self.bytes.owned_len();
         let entries = &self.container.entries;
         let needed = entries.iter().filter(packed).map(|e| u128::from(e.raw_len)).sum::<u128>() + owned as u128;
         if needed > u128::from(options.max_memory) {
             return Err(Fault::memory(needed, options.max_memory));
         }
-        let any_packed = entries.iter().any(|e| e.codec == SectionEntry::ZSTD);
+        let any_packed = entries.iter().any(|e| packed(&e));
         self.container.check_head()?;
 
         // A decoder sees only bytes that were hashed, at every level; so does the reader of META.
@@ -133,6 +150,9 @@ impl<'a> Opened<'a> {
         let others = (0..self.container.entries.len()).filter(|i| Some(*i) != blas);
         for i in blas.into_iter().chain(others) {
             let entry = self.container.entries[i];
+            if is_later(&entry) {
+                continue;
+            }
             let decode = entry.codec == SectionEntry::ZSTD && (thorough || is_understood(&entry));
             if thorough || decode || Some(i) == meta_place {
                 check_hash("E0201", &entry, self.stored_bytes(i), &entry.stored_hash, exec)?;

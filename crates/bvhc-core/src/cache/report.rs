@@ -12,7 +12,9 @@ use crate::layout::SectionKind;
 pub struct Place {
     /// `None`: the header, the table or the file as a whole.
     pub section: Option<SectionKind>,
-    /// The BLAS that the record belongs to, and the record's number in that tree.
+    /// The section's number, which only sequences have others of than 0.
+    pub ordinal: u32,
+    /// The BLAS that the record belongs to, in a sequence the pose, and the record's number in that tree.
     pub tree: Option<(u32, u64)>,
     /// The record's number in the section, or the entry's number in the table.
     pub index: Option<u64>,
@@ -45,6 +47,8 @@ impl Place {
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.section, self.index) {
+            (Some(kind), Some(index)) if self.ordinal > 0 => write!(f, "{kind} {}[{index}]", self.ordinal)?,
+            (Some(kind), None) if self.ordinal > 0 => write!(f, "{kind} {}", self.ordinal)?,
             (Some(kind), Some(index)) => write!(f, "{kind}[{index}]")?,
             (Some(kind), None) => write!(f, "{kind}")?,
             (None, Some(index)) => write!(f, "entry {index}")?,

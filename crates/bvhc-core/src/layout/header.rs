@@ -12,11 +12,18 @@ pub const MAGIC: [u8; 8] = *b"\x89BVH\r\n\x1A\n";
 pub const MAJOR: u16 = 1;
 /// Format minor version that this crate fully understands. What it writes states the lowest one that has all of the file's sections:
 /// [`minor_of`](super::minor_of).
-pub const MINOR: u16 = 1;
-/// Smallest reader minor that can read what this crate writes.
+pub const MINOR: u16 = 2;
+/// Smallest reader minor that can read still files.
 pub const MIN_MINOR: u16 = 0;
-/// Bits of [`Header::features_required`] that this crate understands: none is assigned yet.
-pub const KNOWN_REQUIRED_FEATURES: u64 = 0;
+/// Smallest reader minor that can read files of many frames.
+pub const SEQUENCE_MIN_MINOR: u16 = 2;
+/// Bits of [`Header::features_required`] that this crate understands: [`required_features::SEQUENCE`].
+pub const KNOWN_REQUIRED_FEATURES: u64 = required_features::SEQUENCE;
+/// Bits of [`Header::features_required`].
+pub mod required_features {
+    /// The file has many frames. Since version 1.2.
+    pub const SEQUENCE: u64 = 1;
+}
 /// A file holds at most this many sections.
 pub const MAX_SECTIONS: u32 = 65_536;
 
@@ -59,19 +66,19 @@ pub struct Header {
     pub build_key: [u8; 32],
     /// Distinct triangles over all BLASes.
     pub prim_count: u64,
-    /// Records of `TRIS`.
+    /// Records of `TRIS`; in a sequence of `TRIX`.
     pub ref_count: u64,
-    /// Live nodes: every record of `NODE` and `TNOD` but the unused record 1 of each tree.
+    /// Live nodes: every record of `NODE` and `TNOD` but the unused record 1 of each tree. In a sequence those of all poses and placements.
     pub node_count: u64,
-    /// Records of `BLAS`.
+    /// Records of `BLAS`; in a sequence of `TOPO`.
     pub blas_count: u32,
-    /// Records of `INST`; 0 in a one-level file.
+    /// Records of `INST`; 0 in a one-level file. In a sequence those of all placements.
     pub instance_count: u32,
-    /// 0: not a sequence.
+    /// Records of `FRAM`; 0 in a still file.
     pub frame_count: u32,
     /// Depth of the deepest leaf of any single tree, BLAS or TLAS; the root has depth 0.
     pub max_depth: u32,
-    /// World bounds; all zero for an empty scene.
+    /// World bounds, in a sequence over all frames; all zero for an empty scene.
     pub scene_min: [f32; 3],
     /// The far corner of those bounds.
     pub scene_max: [f32; 3],

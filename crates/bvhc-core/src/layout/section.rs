@@ -1,12 +1,14 @@
 use std::fmt;
 
+use super::header::MAX_SECTIONS;
+
 /// One entry of the section table, 128 bytes. Every field and its rule: `format-spec/SPEC.md`, section 3.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionEntry {
     /// What the section holds.
     pub kind: SectionKind,
-    /// Tells sections of one kind apart; 0 for every kind of this version.
+    /// Tells sections of one kind apart: 0 in a still file, in a sequence the number of a block or a placement.
     pub ordinal: u32,
     /// Bits of [`section_flags`].
     pub flags: u32,
@@ -95,6 +97,16 @@ impl SectionKind {
     pub const NAMS: SectionKind = SectionKind(*b"NAMS");
     /// The names of their materials. Since version 1.1.
     pub const MATS: SectionKind = SectionKind(*b"MATS");
+    /// Topologies of a sequence: [`TopologyRecord`](super::TopologyRecord). Since version 1.2.
+    pub const TOPO: SectionKind = SectionKind(*b"TOPO");
+    /// Their leaf-ordered triangles, topology after topology: [`IndexedTriangleRecord`](super::IndexedTriangleRecord). Since version 1.2.
+    pub const TRIX: SectionKind = SectionKind(*b"TRIX");
+    /// Poses of a sequence: [`PoseRecord`](super::PoseRecord). Since version 1.2.
+    pub const POSE: SectionKind = SectionKind(*b"POSE");
+    /// Vertices of the poses of a block, `[f32; 3]`. Since version 1.2.
+    pub const VPOS: SectionKind = SectionKind(*b"VPOS");
+    /// Frames of a sequence: [`FrameRecord`](super::FrameRecord). Since version 1.2.
+    pub const FRAM: SectionKind = SectionKind(*b"FRAM");
     /// Provenance: `Meta`.
     pub const META: SectionKind = SectionKind(*b"META");
 
@@ -143,7 +155,7 @@ pub struct KindRule {
     pub elem_size: u32,
     /// In which files the kind stands.
     pub presence: Presence,
-    /// Sections of this kind have the numbers below this one: 1 for every kind of this version.
+    /// Sections of this kind have the numbers below this one: 1, or [`MAX_SECTIONS`](super::MAX_SECTIONS) for what a sequence has several of.
     pub ordinals: u32,
     /// The minor version that brought it.
     pub since: u16,
@@ -155,14 +167,18 @@ pub struct KindRule {
 pub enum Presence {
     /// In every file, with zero records if need be.
     Always,
-    /// Exactly in files with the tree flag `TWO_LEVEL`.
+    /// In every still file, and in no sequence.
+    Still,
+    /// Exactly in files with the tree flag `TWO_LEVEL`, which sequences have.
     TwoLevel,
+    /// In every sequence, and in no still file.
+    Sequence,
     /// Wherever the writer has something to say.
     Optional,
 }
 
 /// The kinds of this version, in the order in which this crate writes them.
-pub const KINDS: [KindRule; 11] = {
+pub const KINDS: [KindRule; 16] = {
     use section_flags::{CONTENT, COPY_SAFE, CRITICAL};
     const fn rule(kind: SectionKind, flags: u32, elem_size: u32, presence: Presence) -> KindRule {
         KindRule { kind, schema: 1, flags, elem_size, presence, ordinals: 1, since: 0 }
@@ -170,13 +186,22 @@ pub const KINDS: [KindRule; 11] = {
     const fn since(minor: u16, rule: KindRule) -> KindRule {
         KindRule { since: minor, ..rule }
     }
+    const fn several(rule: KindRule) -> KindRule {
+        KindRule { ordinals: MAX_SECTIONS, ..rule }
+    }
+    const RECORDS: u32 = CRITICAL | CONTENT;
     [
-        rule(SectionKind::NODE, CRITICAL | CONTENT, 32, Presence::Always),
-        rule(SectionKind::TRIS, CRITICAL | CONTENT, 48, Presence::Always),
-        rule(SectionKind::GEOM, CRITICAL | CONTENT, 64, Presence::Always),
-        rule(SectionKind::BLAS, CRITICAL | CONTENT, 64, Presence::Always),
-        rule(SectionKind::TNOD, CRITICAL | CONTENT, 32, Presence::TwoLevel),
-        rule(SectionKind::INST, CRITICAL | CONTENT, 128, Presence::TwoLevel),
+        several(rule(SectionKind::NODE, RECORDS, 32, Presence::Always)),
+        rule(SectionKind::TRIS, RECORDS, 48, Presence::Still),
+        rule(SectionKind::GEOM, RECORDS, 64, Presence::Always),
+        rule(SectionKind::BLAS, RECORDS, 64, Presence::Still),
+        several(rule(SectionKind::TNOD, RECORDS, 32, Presence::TwoLevel)),
+        several(rule(SectionKind::INST, RECORDS, 128, Presence::TwoLevel)),
+        since(2, rule(SectionKind::TOPO, RECORDS, 64, Presence::Sequence)),
+        since(2, rule(SectionKind::TRIX, RECORDS, 24, Presence::Sequence)),
+        since(2, rule(SectionKind::POSE, RECORDS, 64, Presence::Sequence)),
+        since(2, several(rule(SectionKind::VPOS, RECORDS, 12, Presence::Sequence))),
+        since(2, rule(SectionKind::FRAM, RECORDS, 32, Presence::Sequence)),
         since(1, rule(SectionKind::VERT, COPY_SAFE | CONTENT, 12, Presence::Optional)),
         since(1, rule(SectionKind::SIDE, COPY_SAFE | CONTENT, 4, Presence::Optional)),
         rule(SectionKind::NAMS, COPY_SAFE, 0, Presence::Optional),

@@ -28,24 +28,30 @@ pub fn check_records(view: &View<'_>, flags: u32, header: Option<&Header>, limit
         out.append(part);
     }
 
-    // Look at the top level.
     if flags & tree_flags::TWO_LEVEL != 0 {
-        let at = TreePlace { kind: SectionKind::TNOD, tree: None, start: 0 };
-        let (nodes, count) = (view.tlas_nodes, view.instances.len());
-        if nodes.len() % 2 != 0 || nodes.is_empty() != (count == 0) {
-            let expected = if count == 0 { "0 without instances" } else { "even and not 0 with instances" };
-            out.add(&rules::E0312, Place::section(SectionKind::TNOD), || (expected.into(), nodes.len().to_string()));
-        }
-        let shape = topology::walk(nodes, count as u64, at, &mut out);
-        depth = depth.zip(shape.depth).map(|(a, b)| a.max(b));
-        out.append(boxes::check(nodes, None, shape.tiled, at, limits.max_issues, exec));
-        instances::check(view, &mut out);
-        instances::check_leaves(view, shape.tiled, at, &mut out);
+        let top_depth = check_top(view, limits, &mut out, exec);
+        depth = depth.zip(top_depth).map(|(a, b)| a.max(b));
+        instances::check_used(view.instances.iter(), view.blases.len(), SectionKind::BLAS, &mut out);
     }
     if let Some(header) = header {
         counts::check_header(view, header, depth, &mut out);
     }
     out
+}
+
+/// Look at the top level; the depth of its tree, if that can be told.
+pub fn check_top(view: &View<'_>, limits: &Limits, out: &mut Report, exec: &Executor) -> Option<u32> {
+    let at = TreePlace { kind: SectionKind::TNOD, tree: None, start: 0 };
+    let (nodes, count) = (view.tlas_nodes, view.instances.len());
+    if nodes.len() % 2 != 0 || nodes.is_empty() != (count == 0) {
+        let expected = if count == 0 { "0 without instances" } else { "even and not 0 with instances" };
+        out.add(&rules::E0312, Place::section(SectionKind::TNOD), || (expected.into(), nodes.len().to_string()));
+    }
+    let shape = topology::walk(nodes, count as u64, at, out);
+    out.append(boxes::check(nodes, None, shape.tiled, at, limits.max_issues, exec));
+    instances::check(view, out);
+    instances::check_leaves(view, shape.tiled, at, out);
+    shape.depth
 }
 
 fn check_tree(

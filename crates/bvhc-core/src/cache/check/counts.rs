@@ -161,7 +161,6 @@ pub fn check_header(view: &View<'_>, header: &Header, depth: Option<u32>, out: &
     if let Some(depth) = depth {
         compare(&rules::E0306, 196, depth.into(), header.max_depth.into());
     }
-    compare(&rules::E0308, 192, 0, header.frame_count.into());
 
     // The scene's box is the root's, and zero where there is no root.
     let two_level = header.has(tree_flags::TWO_LEVEL);

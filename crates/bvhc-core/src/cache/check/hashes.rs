@@ -4,27 +4,14 @@
 use std::borrow::Cow;
 
 use super::{Limits, check_rows};
+#[cfg(feature = "zstd")]
 use crate::cache::aligned::AlignedBytes;
 use crate::cache::container::{Container, hex};
+use crate::cache::decode::Decoded;
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::exec::Executor;
 use crate::layout::{BlasRecord, SectionEntry, SectionKind, section_flags};
-
-/// A section's decoded bytes, aligned for its records.
-pub enum Decoded<'a> {
-    InFile(&'a [u8]),
-    Owned(AlignedBytes),
-}
-
-impl Decoded<'_> {
-    pub fn as_slice(&self) -> &[u8] {
-        match self {
-            Decoded::InFile(bytes) => bytes,
-            Decoded::Owned(bytes) => bytes.as_slice(),
-        }
-    }
-}
 
 /// What became of the sections.
 pub struct Sections<'a> {

@@ -13,10 +13,6 @@ pub fn check(view: &View<'_>, out: &mut Report) {
         out.starve(Place::section(SectionKind::INST), "Whether the instances have different numbers");
         return;
     };
-    let Some(mut used) = Bits::new(view.blases.len() as u64) else {
-        out.starve(Place::section(SectionKind::BLAS), "Whether every tree has an instance");
-        return;
-    };
     for (i, instance) in view.instances.iter().enumerate() {
         let place = Place::record(SectionKind::INST, i as u64);
         check_matrices(instance, place, out);
@@ -34,16 +30,31 @@ pub fn check(view: &View<'_>, out: &mut Report) {
         match view.blases.get(instance.blas as usize) {
             None => out.add(&rules::E0503, place, || (view.blases.len().to_string(), instance.blas.to_string())),
             Some(blas) => {
-                used.set(instance.blas.into());
                 if blas.node_count == 0 {
                     out.add(&rules::W0501, place, || ("triangles".into(), instance.blas.to_string()));
                 }
             }
         }
     }
-    for tree in 0..view.blases.len() as u64 {
+}
+
+/// Every tree is shown somewhere. There are `trees` of them, each with a row of this kind.
+pub fn check_used<'i>(
+    instances: impl Iterator<Item = &'i InstanceRecord>,
+    trees: usize,
+    rows: SectionKind,
+    out: &mut Report,
+) {
+    let Some(mut used) = Bits::new(trees as u64) else {
+        out.starve(Place::section(rows), "Whether every tree has an instance");
+        return;
+    };
+    for instance in instances.filter(|i| (i.blas as usize) < trees) {
+        used.set(instance.blas.into());
+    }
+    for tree in 0..trees as u64 {
         if !used.get(tree) {
-            out.add(&rules::W0502, Place::record(SectionKind::BLAS, tree), || ("one".into(), tree.to_string()));
+            out.add(&rules::W0502, Place::record(rows, tree), || ("one".into(), tree.to_string()));
         }
     }
 }

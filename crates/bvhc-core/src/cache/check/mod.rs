@@ -19,6 +19,7 @@ mod hashes;
 mod identity;
 mod instances;
 mod provenance;
+mod sequence;
 mod sides;
 mod topology;
 mod vertices;
@@ -27,11 +28,11 @@ use bytemuck::Pod;
 
 use super::aligned::AlignedBytes;
 use super::container::Container;
+use super::decode::Decoded;
 use super::meta::Meta;
 use super::rules;
 use crate::exec::Executor;
 use crate::layout::{Names, SectionEntry, SectionKind, View, tree_flags};
-use hashes::Decoded;
 
 pub use super::container::hex;
 pub use super::report::{Finding, Place, Report};
@@ -165,6 +166,10 @@ pub(super) fn check_content<'a>(
     let find = |kind| container.find(kind, 0).and_then(|i| Some((bytes(i)?, &container.entries[i])));
     let meta = find(SectionKind::META).and_then(|(bytes, _)| provenance::check_meta(bytes, &container.header, out));
 
+    if container.header.has(tree_flags::SEQUENCE) {
+        return sequence::check(container, bytes, limits, out, exec);
+    }
+
     // Records can only be judged together.
     let two_level = container.header.has(tree_flags::TWO_LEVEL);
     let mut missing = Vec::new();
@@ -189,13 +194,7 @@ pub(super) fn check_content<'a>(
         return false;
     }
     out.append(check_records(&view, container.header.tree_flags, Some(&container.header), limits, exec));
-    match find(SectionKind::NAMS) {
-        Some((bytes, entry)) => provenance::check_names(bytes, entry.elem_count, view.geoms, out),
-        None if container.entries.iter().all(|e| e.kind != SectionKind::NAMS) => {
-            provenance::check_nameless(view.geoms, out);
-        }
-        None => {} // it is there and cannot be read, which has been said
-    }
+    provenance::check_names_of(container, find(SectionKind::NAMS), view.geoms, out);
     let vertices = find(SectionKind::VERT).map(|(bytes, _)| records(bytes));
     let sides = find(SectionKind::SIDE).map(|(bytes, _)| records(bytes));
     let materials = find(SectionKind::MATS);
@@ -232,7 +231,8 @@ fn records<T: Pod>(bytes: &[u8]) -> &[T] {
 pub(super) fn locate(out: &mut Report, container: &Container) {
     for finding in &mut out.findings {
         let place = &mut finding.place;
-        let entry = container.entries.iter().find(|e| Some(e.kind) == place.section && e.codec == SectionEntry::RAW);
+        let is_it = |e: &&SectionEntry| (Some(e.kind), e.ordinal) == (place.section, place.ordinal);
+        let entry = container.entries.iter().find(is_it).filter(|e| e.codec == SectionEntry::RAW);
         if let (None, Some(entry), Some(index)) = (place.offset, entry, place.index) {
             place.offset = index.checked_mul(entry.elem_size.into()).and_then(|o| o.checked_add(entry.offset));
         }

@@ -1,11 +1,11 @@
 //! `META`, `NAMS` and `MATS`: what traversal does not need, but people and build systems do.
 
-use crate::cache::container::hex;
+use crate::cache::container::{Container, hex};
 use crate::cache::error::FaultClass;
 use crate::cache::meta::Meta;
 use crate::cache::report::{Place, Report};
 use crate::cache::rules::{self, Rule};
-use crate::layout::{GeomRecord, Header, MAX_STRING_LEN, SectionKind};
+use crate::layout::{GeomRecord, Header, MAX_STRING_LEN, SectionEntry, SectionKind};
 
 /// META in its one encoding, and the build key that follows from it.
 pub fn check_meta(bytes: &[u8], header: &Header, out: &mut Report) -> Option<Meta> {
@@ -33,8 +33,22 @@ pub fn check_meta(bytes: &[u8], header: &Header, out: &mut Report) -> Option<Met
     }
 }
 
+/// The names of the parts, with or without their section.
+pub fn check_names_of(
+    container: &Container,
+    found: Option<(&[u8], &SectionEntry)>,
+    geoms: &[GeomRecord],
+    out: &mut Report,
+) {
+    match found {
+        Some((bytes, entry)) => check_names(bytes, entry.elem_count, geoms, out),
+        None if container.entries.iter().all(|e| e.kind != SectionKind::NAMS) => check_nameless(geoms, out),
+        None => {} // it is there and cannot be read, which has been said
+    }
+}
+
 /// Without the section no part has a name.
-pub fn check_nameless(geoms: &[GeomRecord], out: &mut Report) {
+fn check_nameless(geoms: &[GeomRecord], out: &mut Report) {
     for (i, geom) in geoms.iter().enumerate().filter(|(_, geom)| geom.name_hash != [0; 32]) {
         let place = Place::record(SectionKind::GEOM, i as u64);
         out.add(&rules::E0320, place, || (format!("{} without NAMS", hex(&[0; 32])), hex(&geom.name_hash)));
@@ -44,7 +58,7 @@ pub fn check_nameless(geoms: &[GeomRecord], out: &mut Report) {
 /// One name for each part, and each has the hash that its part states.
 ///
 /// `stated`: the section's `elem_count`.
-pub fn check_names(bytes: &[u8], stated: u64, geoms: &[GeomRecord], out: &mut Report) {
+fn check_names(bytes: &[u8], stated: u64, geoms: &[GeomRecord], out: &mut Report) {
     check_strings((SectionKind::NAMS, &rules::E0208), bytes, stated, geoms.len(), out, |i, name, out| {
         let hash = if name.is_empty() { [0; 32] } else { *blake3::hash(name).as_bytes() };
         if let Some(geom) = geoms.get(i).filter(|geom| geom.name_hash != hash) {

@@ -98,7 +98,9 @@ fn check_known(entry: &SectionEntry, rule: &KindRule, at: Place, out: &mut impl 
     let (what, value, most) = match entry.kind {
         SectionKind::META => ("bytes", entry.raw_len, MAX_META_LEN as u64),
         SectionKind::INST => ("records", entry.elem_count, 1 << 24),
-        SectionKind::BLAS | SectionKind::GEOM => ("records", entry.elem_count, u64::from(u32::MAX)),
+        SectionKind::BLAS | SectionKind::GEOM | SectionKind::TOPO | SectionKind::POSE | SectionKind::FRAM => {
+            ("records", entry.elem_count, u64::from(u32::MAX))
+        }
         _ => ("records", 0, 0),
     };
     if value > most {

@@ -6,7 +6,7 @@ use super::{First, Sink, hex};
 use crate::cache::error::Fault;
 use crate::cache::report::Place;
 use crate::cache::rules;
-use crate::layout::{Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MINOR, tree_flags};
+use crate::layout::{Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MINOR, required_features, tree_flags};
 
 /// Read the header. The walk breaks where the bytes may mean something else than they seem to.
 pub fn read(file: &[u8], out: &mut impl Sink) -> ControlFlow<(), Header> {
@@ -39,6 +39,10 @@ pub fn read(file: &[u8], out: &mut impl Sink) -> ControlFlow<(), Header> {
         out.breach(&rules::E0111, Place::byte(224 + i as u64), || ("zero".into(), format!("{} is not", 224 + i)))?;
     }
     tree_flags_hold(header.tree_flags, out)?;
+    if header.has(tree_flags::SEQUENCE) != (header.features_required & required_features::SEQUENCE != 0) {
+        let expected = "SEQUENCE (0x8) must be set exactly with the required feature 0";
+        out.breach(&rules::E0126, Place::byte(56), || (expected.into(), format!("{:#x}", header.tree_flags)))?;
+    }
     ControlFlow::Continue(header)
 }
 
@@ -79,9 +83,10 @@ pub fn check_tree_flags(flags: u32) -> Result<(), Fault> {
 }
 
 fn tree_flags_hold(flags: u32, out: &mut impl Sink) -> ControlFlow<()> {
-    use tree_flags::{CANONICAL_DFS, DUP_REFS, REFITTABLE, TWO_LEVEL};
+    use tree_flags::{CANONICAL_DFS, DUP_REFS, REFITTABLE, SEQUENCE, TWO_LEVEL};
     let demands = [
-        (flags & !(CANONICAL_DFS | DUP_REFS | REFITTABLE | TWO_LEVEL) == 0, "only bits 0x17 are known"),
+        (flags & !(CANONICAL_DFS | DUP_REFS | REFITTABLE | SEQUENCE | TWO_LEVEL) == 0, "only bits 0x1f are known"),
+        (flags & SEQUENCE == 0 || flags & TWO_LEVEL != 0, "TWO_LEVEL (0x10) must be set with SEQUENCE (0x8)"),
         (
             (flags & REFITTABLE != 0) != (flags & DUP_REFS != 0),
             "exactly one of REFITTABLE (0x1) and DUP_REFS (0x2) must be set",

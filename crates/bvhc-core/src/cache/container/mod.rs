@@ -20,7 +20,7 @@ use std::ops::ControlFlow;
 use super::error::Fault;
 use super::report::{Place, Report};
 use super::{keys, rules};
-use crate::layout::{Header, SectionEntry, SectionKind};
+use crate::layout::{Header, SectionEntry, SectionKind, tree_flags};
 
 pub use entry::{is_known_codec, is_understood};
 pub use header::check_tree_flags;
@@ -63,7 +63,7 @@ impl Container {
         }
     }
 
-    /// The section of this kind and number, if this version can read it. Kinds of today have number 0 alone; frames and layouts will have more.
+    /// The section of this kind and number, if this version can read it. In a still file every number is 0.
     pub fn find(&self, kind: SectionKind, ordinal: u32) -> Option<usize> {
         self.entries.iter().position(|e| (e.kind, e.ordinal) == (kind, ordinal) && is_understood(e))
     }
@@ -83,21 +83,48 @@ impl Container {
         ControlFlow::Continue(())
     }
 
+    /// The entries of two kinds that share their numbers: for each number both. Numbers are without holes where the rules hold.
+    pub fn pairs(&self, a: SectionKind, b: SectionKind) -> Vec<[usize; 2]> {
+        let (a, b) = (self.numbered(a), self.numbered(b));
+        a.into_iter().zip(b).map(|(a, b)| [a, b]).collect()
+    }
+
+    /// The entries of a kind in the order of their numbers.
+    fn numbered(&self, kind: SectionKind) -> Vec<usize> {
+        let is_mine = |i: &usize| self.entries[*i].kind == kind && is_understood(&self.entries[*i]);
+        let mut all: Vec<usize> = (0..self.entries.len()).filter(is_mine).collect();
+        all.sort_by_key(|i| self.entries[*i].ordinal);
+        all
+    }
+
+    /// For such pairs the records that the table states.
+    pub fn lengths(&self, pairs: &[[usize; 2]]) -> Vec<[u64; 2]> {
+        pairs.iter().map(|pair| pair.map(|i| self.entries[i].elem_count)).collect()
+    }
+
     /// The counts that the header repeats are those of the table, so that nothing is sized by a number that another contradicts.
     pub fn check_counts(&self, out: &mut impl Sink) -> ControlFlow<()> {
         let header = &self.header;
+        let sequence = header.has(tree_flags::SEQUENCE);
+        let kinds = match sequence {
+            false => [SectionKind::TRIS, SectionKind::BLAS],
+            true => [SectionKind::TRIX, SectionKind::TOPO],
+        };
         for (rule, offset, kind, stated) in [
-            (&rules::E0302, 168, SectionKind::TRIS, header.ref_count),
-            (&rules::E0304, 184, SectionKind::BLAS, header.blas_count.into()),
+            (&rules::E0302, 168, kinds[0], header.ref_count),
+            (&rules::E0304, 184, kinds[1], header.blas_count.into()),
             (&rules::E0305, 188, SectionKind::INST, header.instance_count.into()),
+            (&rules::E0308, 192, SectionKind::FRAM, header.frame_count.into()),
         ] {
-            let found = self.find(kind, 0);
-            let count = match found.map(|i| (&self.entries[i], self.readable[i])) {
-                Some((entry, true)) => entry.elem_count,
-                Some((_, false)) => continue, // how many records it has is not known
-                None if kind == SectionKind::INST => 0,
-                None => continue, // its absence has a rule of its own
-            };
+            let mut of_kind =
+                self.entries.iter().zip(&self.readable).filter(|(e, _)| e.kind == kind && is_understood(e));
+            // How many records it has is not known, or its absence has a rule of its own.
+            let optional = matches!(kind, SectionKind::INST | SectionKind::FRAM);
+            if !optional && of_kind.clone().next().is_none() || of_kind.clone().any(|(_, readable)| !readable) {
+                continue;
+            }
+            // In a still file sections with other numbers are refused by their own rule.
+            let Some(count) = of_kind.try_fold(0u64, |sum, (e, _)| sum.checked_add(e.elem_count)) else { continue };
             if count != stated {
                 out.breach(rule, Place::byte(offset), || (count.to_string(), stated.to_string()))?;
             }

@@ -8,7 +8,7 @@ use crate::cache::report::Place;
 use crate::cache::rules::Rule;
 use crate::cache::{keys, rules};
 use crate::layout::{
-    Header, KINDS, MAX_SECTIONS, MINOR, Presence, SectionEntry, SectionKind, section_flags, tree_flags,
+    Header, KINDS, KindRule, MAX_SECTIONS, MINOR, Presence, SectionEntry, SectionKind, section_flags, tree_flags,
 };
 
 /// Read the section table. The walk breaks where it cannot be found.
@@ -156,12 +156,14 @@ pub fn check_unique(
     ControlFlow::Continue(())
 }
 
-/// Each kind stands in the file exactly as its rule says.
+/// Each kind stands in the file exactly as its rule says, and what there is several of is numbered without holes.
 pub fn check_presence(header: &Header, entries: &[SectionEntry], out: &mut impl Sink) -> ControlFlow<()> {
-    let two_level = header.has(tree_flags::TWO_LEVEL);
+    let (two_level, sequence) = (header.has(tree_flags::TWO_LEVEL), header.has(tree_flags::SEQUENCE));
     for rule in &KINDS {
         let wanted = match rule.presence {
             Presence::Always => true,
+            Presence::Still => !sequence,
+            Presence::Sequence => sequence,
             Presence::TwoLevel => two_level,
             Presence::Optional => continue,
         };
@@ -170,17 +172,45 @@ pub fn check_presence(header: &Header, entries: &[SectionEntry], out: &mut impl 
         let present = mine().any(is_understood);
         let refused = mine().any(|e| e.is(section_flags::CRITICAL) && !is_understood(e));
         if present != wanted && !(wanted && refused) {
-            let (expected, actual) = of_presence(rule.kind, wanted);
+            let (expected, actual) = of_presence(rule, wanted);
             out.breach(&rules::E0125, Place::byte(40), || (expected, actual))?;
+        }
+    }
+    check_numbers(sequence, entries, out)
+}
+
+/// A still file has no number but 0. In a sequence each block has nodes and vertices, and each placement a tree and its instances.
+fn check_numbers(sequence: bool, entries: &[SectionEntry], out: &mut impl Sink) -> ControlFlow<()> {
+    let numbers = |kind: SectionKind| {
+        let mine = entries.iter().filter(|e| e.kind == kind && is_understood(e));
+        let mut numbers: Vec<u32> = mine.map(|e| e.ordinal).collect();
+        numbers.sort_unstable();
+        numbers
+    };
+    for (a, b) in [(SectionKind::NODE, SectionKind::VPOS), (SectionKind::TNOD, SectionKind::INST)] {
+        let (numbers_a, numbers_b) = (numbers(a), numbers(b));
+        let most = if sequence { numbers_a.len().max(numbers_b.len()) } else { 1 };
+        let beyond = |some: &[u32]| some.iter().find(|n| **n as usize >= most).copied();
+        for (kind, some) in [(a, &numbers_a), (b, &numbers_b)] {
+            if let Some(number) = beyond(some) {
+                let expected = format!("sections {kind} with the numbers 0 to {}", most.saturating_sub(1));
+                out.breach(&rules::E0125, Place::byte(40), || (expected, format!("number {number}")))?;
+            }
+        }
+        if sequence && numbers_a.len() != numbers_b.len() {
+            let expected = format!("as many sections {b} as {a}, {}", numbers_a.len());
+            out.breach(&rules::E0125, Place::byte(40), || (expected, numbers_b.len().to_string()))?;
         }
     }
     ControlFlow::Continue(())
 }
 
-fn of_presence(kind: SectionKind, wanted: bool) -> (String, String) {
-    if wanted {
-        (format!("a section {kind}"), "none that this version can read".into())
-    } else {
-        (format!("no section {kind} without TWO_LEVEL"), "one".into())
+fn of_presence(rule: &KindRule, wanted: bool) -> (String, String) {
+    let kind = rule.kind;
+    match (wanted, rule.presence) {
+        (true, _) => (format!("a section {kind}"), "none that this version can read".into()),
+        (false, Presence::TwoLevel) => (format!("no section {kind} without TWO_LEVEL"), "one".into()),
+        (false, Presence::Sequence) => (format!("no section {kind} without SEQUENCE"), "one".into()),
+        (false, _) => (format!("no section {kind} in a sequence"), "one".into()),
     }
 }

@@ -13,6 +13,7 @@
 //! | `E04xx` | trees, boxes and triangles | tree |
 //! | `E05xx` | instances | tree |
 //! | `E06xx` | agreement with the source model | source |
+//! | `E07xx` | files of many frames | tree |
 //!
 //! `Wxxxx` are warnings: legal, traversable, yet not what this tool writes.
 
@@ -21,6 +22,7 @@ mod counts;
 mod hashes;
 mod instances;
 mod remedy;
+mod sequence;
 mod source;
 mod trees;
 
@@ -29,6 +31,7 @@ pub use counts::*;
 pub use hashes::*;
 pub use instances::*;
 pub use remedy::Remedy;
+pub use sequence::*;
 pub use source::*;
 pub use trees::*;
 
@@ -96,7 +99,10 @@ impl Rule {
 
 /// Every rule in the order of its number, warnings behind the errors of their hundred.
 pub fn all() -> impl Iterator<Item = &'static Rule> {
-    [container::ALL, hashes::ALL, counts::ALL, trees::ALL, instances::ALL, source::ALL].into_iter().flatten().copied()
+    [container::ALL, hashes::ALL, counts::ALL, trees::ALL, instances::ALL, source::ALL, sequence::ALL]
+        .into_iter()
+        .flatten()
+        .copied()
 }
 
 /// The rule with this number (in any case) or this name.

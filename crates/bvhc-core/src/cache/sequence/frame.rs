@@ -1,0 +1,231 @@
+use std::borrow::Cow;
+use std::sync::atomic::Ordering;
+
+use super::Frames;
+use super::pose::Posed;
+use crate::cache::check::{self, Limits};
+use crate::cache::container::First;
+use crate::cache::decode::{Decoded, check_hash, unpack};
+use crate::cache::error::{CacheError, Fault};
+use crate::cache::report::Place;
+use crate::cache::{Validation, rules};
+use crate::exec::Executor;
+use crate::layout::{
+    BlasRecord, FrameRecord, GeomRecord, InstanceRecord, Node, SectionEntry, SectionKind, TriangleRecord, View,
+    tree_flags,
+};
+
+/// One frame of a sequence: what a still file of two levels holds.
+///
+/// Its trees, parts and instances are numbered anew, as if there were no other frame: [`Frame::poses`] and [`Frame::parts`] lead back to the file.
+#[derive(Clone, Debug)]
+pub struct Frame<'s> {
+    record: FrameRecord,
+    nodes: Cow<'s, [Node]>,
+    triangles: Vec<TriangleRecord>,
+    geoms: Vec<GeomRecord>,
+    blases: Vec<BlasRecord>,
+    tlas_nodes: Cow<'s, [Node]>,
+    instances: Vec<InstanceRecord>,
+    poses: Vec<u32>,
+    parts: Vec<u32>,
+}
+
+impl Frame<'_> {
+    /// Number and time.
+    pub fn record(&self) -> &FrameRecord {
+        &self.record
+    }
+
+    /// Everything that traversal reads.
+    pub fn view(&self) -> View<'_> {
+        View {
+            nodes: &self.nodes,
+            triangles: &self.triangles,
+            geoms: &self.geoms,
+            blases: &self.blases,
+            tlas_nodes: &self.tlas_nodes,
+            instances: &self.instances,
+        }
+    }
+
+    /// For each tree of the frame its row in [`Sequence::poses`](Frames::poses), ascending.
+    pub fn poses(&self) -> &[u32] {
+        &self.poses
+    }
+
+    /// For each part of the frame its row in [`Sequence::geoms`](Frames::geoms).
+    pub fn parts(&self) -> &[u32] {
+        &self.parts
+    }
+
+    /// The tree flags that a still file of this frame has.
+    pub fn tree_flags(&self) -> u32 {
+        let split = self.blases.iter().any(|b| b.flags & tree_flags::DUP_REFS != 0);
+        let kind = if split { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE };
+        tree_flags::CANONICAL_DFS | tree_flags::TWO_LEVEL | kind
+    }
+}
+
+impl Frames<'_> {
+    /// One frame, counted from 0, as the sequence was opened: at [`Validation::Hash`] the bytes that it needs are hashed when the first frame needs
+    /// them, at [`Validation::Tree`] the frame's records are checked.
+    ///
+    /// Nodes of a frame that shows a single pose are borrowed from the file; those of several poses, and all triangles, are put together.
+    ///
+    /// # Errors
+    /// Where there is no such frame, or what it shows is damaged.
+    pub fn frame(&self, index: usize) -> Result<Frame<'_>, CacheError> {
+        self.frame_on(index, &Executor::current())
+    }
+
+    /// [`Sequence::frame`](Frames::frame) with the threads of `exec`.
+    ///
+    /// # Errors
+    /// As [`Sequence::frame`](Frames::frame).
+    pub fn frame_on(&self, index: usize, exec: &Executor) -> Result<Frame<'_>, CacheError> {
+        self.assemble(index, exec).map_err(|fault| fault.of(&format!("frame {index}")))
+    }
+
+    fn assemble(&self, index: usize, exec: &Executor) -> Result<Frame<'_>, Fault> {
+        let refuse = |rule, place, expected: String, actual: String| Fault::breach(rule, place, &expected, &actual);
+        let count = self.frame_count();
+        let Some(record) = self.frames().get(index).copied() else {
+            let text = format!("there are {count} frames, and frame {index} (counted from 0) was asked for");
+            return Err(Fault::invalid(rules::E0703.id, text));
+        };
+        let at = Place::record(SectionKind::FRAM, index as u64);
+        let Some([tnod, inst]) = self.placements.get(record.placement as usize).copied() else {
+            return Err(refuse(
+                &rules::E0703,
+                at,
+                format!("a placement < {}", self.placements.len()),
+                record.placement.to_string(),
+            ));
+        };
+        let tlas_nodes = match self.content(tnod, exec)? {
+            Decoded::InFile(bytes) => Cow::Borrowed(records(bytes)),
+            Decoded::Owned(bytes) => Cow::Owned(records(bytes.as_slice()).to_vec()),
+        };
+        let mut instances: Vec<InstanceRecord> = records(self.content(inst, exec)?.as_slice()).to_vec();
+
+        // Which poses it shows, each once.
+        let all = self.poses();
+        let mut poses: Vec<u32> = instances.iter().map(|instance| instance.blas).collect();
+        poses.sort_unstable();
+        poses.dedup();
+        if let Some(last) = poses.last().filter(|last| **last as usize >= all.len()) {
+            return Err(refuse(
+                &rules::E0503,
+                Place::section(SectionKind::INST),
+                all.len().to_string(),
+                last.to_string(),
+            ));
+        }
+        for instance in &mut instances {
+            instance.blas = poses.partition_point(|pose| *pose < instance.blas) as u32;
+        }
+
+        let mut frame = Frame {
+            record,
+            nodes: Cow::Borrowed(&[]),
+            triangles: Vec::new(),
+            geoms: Vec::new(),
+            blases: Vec::with_capacity(poses.len()),
+            tlas_nodes,
+            instances,
+            poses,
+            parts: Vec::new(),
+        };
+        // A block holds several poses, which follow each other: it is fetched once.
+        let mut block: Option<(u32, [Decoded<'_>; 2])> = None;
+        for (number, pose) in frame.poses.iter().map(|pose| &all[*pose as usize]).enumerate() {
+            if block.as_ref().is_none_or(|(of, _)| *of != pose.block) {
+                let Some(entries) = self.blocks.get(pose.block as usize) else {
+                    let place = Place::record(SectionKind::POSE, frame.poses[number].into());
+                    return Err(refuse(
+                        &rules::E0702,
+                        place,
+                        format!("a block < {}", self.blocks.len()),
+                        pose.block.to_string(),
+                    ));
+                };
+                block = Some((pose.block, [self.content(entries[0], exec)?, self.content(entries[1], exec)?]));
+            }
+            let Some((_, [nodes, vertices])) = &block else { continue };
+            let posed = self.posed(pose, records(nodes.as_slice()), records(vertices.as_slice()))?;
+            let first_part = frame.geoms.len() as u32;
+            frame.blases.push(posed.blas(frame.nodes.len() as u64, frame.triangles.len() as u64));
+            let parts = self.parts.get(pose.topology as usize).cloned().unwrap_or_default();
+            frame.geoms.extend(posed.parts(&parts, number as u32));
+            frame.parts.extend(parts.clone());
+            let mut first = First::default();
+            _ = posed.triangles(&parts, first_part, &mut frame.triangles, &mut first);
+            first.result()?;
+            let (starts, len) = (pose.node_offset as usize, posed.nodes.len());
+            match &block {
+                // The only pose, where the file has it.
+                Some((_, [Decoded::InFile(bytes), _])) if frame.poses.len() == 1 => {
+                    frame.nodes = Cow::Borrowed(records(bytes).get(starts..starts + len).unwrap_or_default());
+                }
+                _ => frame.nodes.to_mut().extend_from_slice(posed.nodes),
+            }
+        }
+        if self.validation() >= Validation::Tree {
+            let limits = Limits { max_issues: 1, ..Limits::default() };
+            Fault::of_report(&check::check_records(&frame.view(), frame.tree_flags(), None, &limits, exec))?;
+        }
+        Ok(frame)
+    }
+
+    /// A pose and its parts of a block that was fetched.
+    pub(in crate::cache) fn posed<'b>(
+        &'b self,
+        pose: &'b crate::layout::PoseRecord,
+        nodes: &'b [Node],
+        vertices: &'b [[f32; 3]],
+    ) -> Result<Posed<'b>, Fault> {
+        let piece = |offset: u64, count: u32| {
+            let start = usize::try_from(offset).ok()?;
+            Some(start..start.checked_add(count as usize)?)
+        };
+        let found = self.topologies().get(pose.topology as usize).and_then(|topology| {
+            Some(Posed {
+                pose,
+                topology,
+                nodes: nodes.get(piece(pose.node_offset, topology.node_count)?)?,
+                vertices: vertices.get(piece(pose.vertex_offset, topology.vertex_count)?)?,
+                corners: self.indexed_triangles().get(piece(topology.ref_offset, topology.ref_count)?)?,
+                geoms: self.geoms(),
+            })
+        });
+        // Opening asked the rows, so that this finds nothing.
+        found.ok_or_else(|| Fault::invalid(rules::E0702.id, "a pose reaches beyond its block or its topology"))
+    }
+
+    /// A section's decoded bytes, held against its hash as the level asks: the stored ones once, those that are decoded each time.
+    pub(in crate::cache) fn content(&self, index: usize, exec: &Executor) -> Result<Decoded<'_>, Fault> {
+        let Some(entry) = self.sections().get(index) else { return Ok(Decoded::InFile(&[])) };
+        let stored = self.file.stored_bytes(index);
+        let packed = entry.codec == SectionEntry::ZSTD;
+        let hashed = &self.hashed[index];
+        if (packed || self.validation() >= Validation::Hash) && !hashed.load(Ordering::Acquire) {
+            check_hash("E0201", entry, stored, &entry.stored_hash, exec)?;
+            hashed.store(true, Ordering::Release);
+        }
+        if !packed {
+            return Ok(Decoded::InFile(stored));
+        }
+        let too_large = || Fault::memory(entry.raw_len.into(), self.max_memory);
+        let raw_len = usize::try_from(entry.raw_len).map_err(|_| too_large())?;
+        if entry.raw_len > self.max_memory {
+            return Err(too_large());
+        }
+        unpack(entry, stored, raw_len, exec).map(Decoded::Owned)
+    }
+}
+
+/// The container's rules made the length a multiple of the record's, and the bytes are aligned.
+fn records<T: bytemuck::Pod>(bytes: &[u8]) -> &[T] {
+    bytemuck::try_cast_slice(bytes).unwrap_or_default()
+}
