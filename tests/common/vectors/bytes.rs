@@ -99,7 +99,9 @@ pub fn take_apart(file: &[u8]) -> (Header, Vec<(SectionEntry, Vec<u8>)>) {
 
 /// Lay a file out again and sign it: lengths and offsets follow from the sections' bytes, records from `elem_size`.
 pub fn put_together(mut header: Header, sections: Vec<(SectionEntry, Vec<u8>)>) -> Vec<u8> {
-    let mut end = Header::LEN + sections.len() * SectionEntry::LEN;
+    // A longer header keeps its length, and zeros behind what is known of it.
+    header.header_len = header.header_len.max(Header::LEN as u16);
+    let mut end = usize::from(header.header_len) + sections.len() * SectionEntry::LEN;
     let mut entries = Vec::new();
     for (mut entry, data) in sections.iter().map(|(e, d)| (*e, d)) {
         entry.offset = end.next_multiple_of(1 << entry.align_log2) as u64;
