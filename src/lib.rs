@@ -66,6 +66,7 @@
 //! - [`trace`]: watertight traversal and the brute force that it is judged by;
 //! - [`search`]: methods that build, trace and choose; the rays that trees are adapted to;
 //! - [`compile`]: a whole scene becomes all of its trees;
+//! - [`sequence`]: many frames become one file;
 //! - [`Build`]: all of this in one go;
 //! - [`verify`]: rays traced on the CPU and on OpenCL devices, compared with the oracle;
 //! - [`report`]: facts about a file, as data, and charts.
@@ -81,6 +82,7 @@ pub mod compile;
 pub mod report;
 pub mod scene;
 pub mod search;
+pub mod sequence;
 pub mod trace;
 pub mod tree;
 pub mod verify;

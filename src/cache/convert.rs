@@ -1,12 +1,12 @@
 //! Changing the container and not the content: raw to zstd and back.
 
-use std::borrow::Cow;
 use std::path::Path;
 
 use bvhc_core::cache::parts::{Fault, is_known_codec, is_understood};
 
 use super::check::Limits;
-use super::writer::{Codec, Form, Piece, Sealed, WriteOptions, WriteSummary};
+use super::sealed::{Codec, Form, Piece, Sealed, WriteSummary};
+use super::writer::WriteOptions;
 use super::{Cache, CacheError, MIN_MINOR, OpenOptions, Validation, section_flags};
 use super::{Header, SectionKind, atomic, keys};
 use crate::exec::Executor;
@@ -82,8 +82,8 @@ fn repack<'a>(
         }
         let data = cache.section_bytes(i).filter(|_| is_known_codec(entry.codec));
         pieces.push(match data {
-            Some(data) => Piece { entry: *entry, data: Cow::Borrowed(data), form: Form::Decoded },
-            None => Piece { entry: *entry, data: Cow::Borrowed(cache.stored_bytes(i)), form: Form::Stored },
+            Some(data) => Piece { entry: *entry, data: data.into(), form: Form::Decoded },
+            None => Piece { entry: *entry, data: cache.stored_bytes(i).into(), form: Form::Stored },
         });
     }
 

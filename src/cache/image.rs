@@ -6,7 +6,7 @@ use bvhc_core::layout::orientation;
 
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
-use crate::scene::{Mesh, Part};
+use crate::scene::{Instance, Mesh, Part};
 use crate::tree::{Accel, Node, Tree, quality};
 
 /// The content of a cache file in memory, ready to be written or traversed.
@@ -61,8 +61,7 @@ impl Image {
         if let Some(tlas) = &accel.tlas {
             image.flags |= tree_flags::TWO_LEVEL;
             image.tlas_nodes.clone_from(&tlas.nodes);
-            image.instances =
-                tlas.refs.iter().map(|&id| instance_record(accel, id)).collect::<Result<_, CacheError>>()?;
+            image.instances = tlas.refs.iter().map(|&id| instance_of(accel, id)).collect::<Result<_, CacheError>>()?;
         }
         Ok(image)
     }
@@ -78,6 +77,13 @@ impl Image {
         image.settle_origins()?;
         image.flags |= image.blases[0].flags;
         Ok(image)
+    }
+
+    /// [`Image::of_tree`] of a mesh and a tree that were compiled, with no section left out.
+    pub(crate) fn of_mesh(mesh: &Mesh, tree: &Tree, exec: &Executor) -> Image {
+        let mut image = Image::default();
+        image.push_blas(mesh, tree, exec);
+        image
     }
 
     fn push_blas(&mut self, mesh: &Mesh, tree: &Tree, exec: &Executor) {
@@ -191,24 +197,29 @@ fn unwritable(detail: String) -> CacheError {
     CacheError::Unwritable { name: "the image".into(), detail }
 }
 
-fn instance_record(accel: &Accel, id: u32) -> Result<InstanceRecord, CacheError> {
-    let count = accel.instances.len();
-    let instance = accel.instances.get(id as usize).ok_or_else(|| {
-        unwritable(format!("the tree over the instances refers to instance {id}, and there are {count}"))
-    })?;
+/// The instance that `id` names in the scene, with the tree that it places.
+pub(crate) fn instance_record(instance: &Instance, blas: u32, id: u32) -> InstanceRecord {
     let object_to_world = instance.transform.to_f32();
     let rounded = Affine::from_f32(&object_to_world);
     // The scene room refuses singular transforms; one that becomes singular by rounding to f32 maps everything to itself
     // here and is found by the check of the two matrices.
     let world_to_object = rounded.inverse().unwrap_or(Affine::IDENTITY).to_f32();
-    Ok(InstanceRecord {
+    InstanceRecord {
         object_to_world,
         world_to_object,
-        blas: instance.mesh,
+        blas,
         id,
         mask: u32::MAX,
         flags: if orientation(&object_to_world).is_lt() { InstanceRecord::MIRRORED } else { 0 },
         node: instance.node,
         reserved: [0; 3],
-    })
+    }
+}
+
+fn instance_of(accel: &Accel, id: u32) -> Result<InstanceRecord, CacheError> {
+    let count = accel.instances.len();
+    let instance = accel.instances.get(id as usize).ok_or_else(|| {
+        unwritable(format!("the tree over the instances refers to instance {id}, and there are {count}"))
+    })?;
+    Ok(instance_record(instance, instance.mesh, id))
 }

@@ -4,33 +4,20 @@
 //! a second time.
 
 use std::borrow::Cow;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::Path;
 
-use bytemuck::{Zeroable, bytes_of, cast_slice};
+use bytemuck::{Zeroable, cast_slice};
 
-use bvhc_core::cache::parts::{Fault, FaultClass, check_tree_flags, encode_names, pack};
+use bvhc_core::cache::parts::{Fault, FaultClass, check_tree_flags, encode_names};
 
 use super::CacheError;
 use super::check::{Limits, check_image};
+use super::sealed::{Codec, Form, Piece, Sealed, WriteSummary};
 use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, SectionEntry, SectionKind};
-use super::{Image, Meta, atomic, keys, minor_of, tree_flags};
+use super::{Image, Meta, atomic, tree_flags};
 use crate::exec::Executor;
 use crate::tree::max_depth;
-
-/// How sections are stored.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Codec {
-    /// As they are: mappable. What a cache is for.
-    #[default]
-    Raw,
-    /// zstd frames of 1 MiB where that saves at least 5 %: smaller to ship, decoded when opened. Levels 1 to 22; 3 is usual.
-    Zstd {
-        /// Higher is smaller and slower to write; opening takes the same.
-        level: i32,
-    },
-}
 
 /// Choices that change the file but not its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,16 +40,6 @@ impl Default for WriteOptions {
     fn default() -> WriteOptions {
         WriteOptions { codec: Codec::Raw, check: true }
     }
-}
-
-/// What was written.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct WriteSummary {
-    /// As it stands in the file, `file_id` included.
-    pub header: Header,
-    /// The section table in file order.
-    pub sections: Vec<SectionEntry>,
 }
 
 /// Write a file and put it in the place of `path` in one step: whatever happens, the old file or the new one is there.
@@ -167,7 +144,7 @@ fn seal<'a>(
             elem_count: count as u64,
             ..SectionEntry::zeroed()
         };
-        pieces.push(Piece { entry, data, form: Form::Decoded });
+        pieces.push(Piece { entry, data: data.into(), form: Form::Decoded });
     }
     Sealed::new(header, pieces, options.codec, exec).map_err(CacheError::io("compress", Path::new(name)))
 }
@@ -215,88 +192,10 @@ fn describe(image: &Image, meta: &Meta) -> Result<Header, String> {
 }
 
 /// What the header says of the method beside META: two methods have numbers from early days, and no others get any.
-fn builder_id(method: &str) -> u32 {
+pub(super) fn builder_id(method: &str) -> u32 {
     match method {
         "binned" => 1,
         "sbvh" => 2,
         _ => 0,
-    }
-}
-
-/// A section on its way into a file.
-pub(super) struct Piece<'a> {
-    /// Kind, ordinal, flags, schema and records; for [`Form::Stored`] also codec, `raw_len` and hashes.
-    pub entry: SectionEntry,
-    pub data: Cow<'a, [u8]>,
-    pub form: Form,
-}
-
-/// What a piece's bytes are.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
-    /// Decoded: to be packed or not, as the codec says.
-    Decoded,
-    /// As stored, in a codec that is to be kept.
-    Stored,
-}
-
-/// A file that is ready to be written: every byte is decided.
-pub(super) struct Sealed<'a> {
-    pub header: Header,
-    pub entries: Vec<SectionEntry>,
-    stored: Vec<Cow<'a, [u8]>>,
-}
-
-impl<'a> Sealed<'a> {
-    /// Pack, hash, lay out and sign.
-    pub fn new(mut header: Header, pieces: Vec<Piece<'a>>, codec: Codec, exec: &Executor) -> io::Result<Sealed<'a>> {
-        let (mut entries, mut stored) = (Vec::with_capacity(pieces.len()), Vec::with_capacity(pieces.len()));
-        let mut end = (Header::LEN + pieces.len() * SectionEntry::LEN) as u64;
-        for piece in pieces {
-            let Piece { mut entry, mut data, form } = piece;
-            if form == Form::Decoded {
-                entry.codec = SectionEntry::RAW;
-                entry.raw_len = data.len() as u64;
-                entry.raw_hash = exec.hash(&data);
-                entry.stored_hash = entry.raw_hash;
-                if let Codec::Zstd { level } = codec
-                    && let Some(packed) = pack(&data, level, exec)?
-                {
-                    entry.codec = SectionEntry::ZSTD;
-                    entry.stored_hash = exec.hash(&packed);
-                    data = packed.into();
-                }
-            }
-            entry.stored_len = data.len() as u64;
-            let page = entry.stored_len >= SectionEntry::PAGE_ALIGN_FROM;
-            entry.align_log2 = if page { SectionEntry::PAGE_ALIGN_LOG2 } else { SectionEntry::MIN_ALIGN_LOG2 };
-            entry.offset = end.next_multiple_of(1 << entry.align_log2);
-            end = entry.offset + entry.stored_len;
-            entries.push(entry);
-            stored.push(data);
-        }
-        header.file_len = end.next_multiple_of(64);
-        header.minor = minor_of(entries.iter().map(|entry| entry.kind));
-        header.section_count = entries.len() as u32;
-        header.content_id = keys::content_id(&entries);
-        header.file_id = keys::file_id(&header, &[], cast_slice(&entries));
-        Ok(Sealed { header, entries, stored })
-    }
-
-    pub fn write_to(&self, mut sink: impl Write) -> io::Result<()> {
-        const ZEROS: [u8; 4096] = [0; 4096];
-        sink.write_all(bytes_of(&self.header))?;
-        sink.write_all(cast_slice(&self.entries))?;
-        let mut at = (Header::LEN + self.entries.len() * SectionEntry::LEN) as u64;
-        for (entry, data) in self.entries.iter().zip(&self.stored) {
-            sink.write_all(&ZEROS[..(entry.offset - at) as usize])?; // shorter than a page, as laid out above
-            sink.write_all(data)?;
-            at = entry.offset + entry.stored_len;
-        }
-        sink.write_all(&ZEROS[..(self.header.file_len - at) as usize])
-    }
-
-    pub fn summary(&self) -> WriteSummary {
-        WriteSummary { header: self.header, sections: self.entries.clone() }
     }
 }

@@ -1,0 +1,164 @@
+//! Laying out: sections that are ready become a file, every byte of which is decided before the first one is written.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom, Write};
+
+use bytemuck::{bytes_of, cast_slice};
+
+use bvhc_core::cache::parts::pack;
+
+use super::{Header, SectionEntry, keys, minor_of};
+use crate::exec::Executor;
+
+/// How sections are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Codec {
+    /// As they are: mappable. What a cache is for.
+    #[default]
+    Raw,
+    /// zstd frames of 1 MiB where that saves at least 5 %: smaller to ship, decoded when opened. Levels 1 to 22; 3 is usual.
+    Zstd {
+        /// Higher is smaller and slower to write; opening takes the same.
+        level: i32,
+    },
+}
+
+/// What was written.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct WriteSummary {
+    /// As it stands in the file, `file_id` included.
+    pub header: Header,
+    /// The section table in file order.
+    pub sections: Vec<SectionEntry>,
+}
+
+/// A section on its way into a file.
+pub(super) struct Piece<'a> {
+    /// Kind, ordinal, flags, schema and records; for [`Form::Stored`] also codec, `raw_len` and hashes.
+    pub entry: SectionEntry,
+    pub data: Data<'a>,
+    pub form: Form,
+}
+
+/// Where a piece's bytes are.
+pub(super) enum Data<'a> {
+    Memory(Cow<'a, [u8]>),
+    /// In a file that was written before, as stored.
+    Spooled {
+        file: &'a File,
+        offset: u64,
+        len: u64,
+    },
+}
+
+impl<'a, T: Into<Cow<'a, [u8]>>> From<T> for Data<'a> {
+    fn from(bytes: T) -> Data<'a> {
+        Data::Memory(bytes.into())
+    }
+}
+
+impl Data<'_> {
+    fn len(&self) -> u64 {
+        match self {
+            Data::Memory(bytes) => bytes.len() as u64,
+            Data::Spooled { len, .. } => *len,
+        }
+    }
+
+    fn write_to(&self, sink: &mut impl Write) -> io::Result<()> {
+        match self {
+            Data::Memory(bytes) => sink.write_all(bytes),
+            Data::Spooled { file, offset, len } => {
+                let mut file = *file;
+                file.seek(SeekFrom::Start(*offset))?;
+                let copied = io::copy(&mut file.take(*len), sink)?;
+                if copied == *len { Ok(()) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
+            }
+        }
+    }
+}
+
+/// What a piece's bytes are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// Decoded: to be packed or not, as the codec says.
+    Decoded,
+    /// As stored, in a codec that is to be kept.
+    Stored,
+}
+
+/// Give decoded bytes their codec and their hashes.
+pub(super) fn store<'a>(
+    entry: &mut SectionEntry,
+    data: Cow<'a, [u8]>,
+    codec: Codec,
+    exec: &Executor,
+) -> io::Result<Cow<'a, [u8]>> {
+    entry.codec = SectionEntry::RAW;
+    entry.raw_len = data.len() as u64;
+    entry.raw_hash = exec.hash(&data);
+    entry.stored_hash = entry.raw_hash;
+    if let Codec::Zstd { level } = codec
+        && let Some(packed) = pack(&data, level, exec)?
+    {
+        entry.codec = SectionEntry::ZSTD;
+        entry.stored_hash = exec.hash(&packed);
+        return Ok(packed.into());
+    }
+    Ok(data)
+}
+
+/// A file that is ready to be written: every byte is decided.
+pub(super) struct Sealed<'a> {
+    pub header: Header,
+    pub entries: Vec<SectionEntry>,
+    stored: Vec<Data<'a>>,
+}
+
+impl<'a> Sealed<'a> {
+    /// Pack, hash, lay out and sign.
+    pub fn new(mut header: Header, pieces: Vec<Piece<'a>>, codec: Codec, exec: &Executor) -> io::Result<Sealed<'a>> {
+        let (mut entries, mut stored) = (Vec::with_capacity(pieces.len()), Vec::with_capacity(pieces.len()));
+        let mut end = (Header::LEN + pieces.len() * SectionEntry::LEN) as u64;
+        for piece in pieces {
+            let Piece { mut entry, data, form } = piece;
+            let data = match (form, data) {
+                (Form::Decoded, Data::Memory(bytes)) => Data::Memory(store(&mut entry, bytes, codec, exec)?),
+                (_, data) => data,
+            };
+            entry.stored_len = data.len();
+            let page = entry.stored_len >= SectionEntry::PAGE_ALIGN_FROM;
+            entry.align_log2 = if page { SectionEntry::PAGE_ALIGN_LOG2 } else { SectionEntry::MIN_ALIGN_LOG2 };
+            entry.offset = end.next_multiple_of(1 << entry.align_log2);
+            end = entry.offset + entry.stored_len;
+            entries.push(entry);
+            stored.push(data);
+        }
+        header.file_len = end.next_multiple_of(64);
+        header.minor = minor_of(entries.iter().map(|entry| entry.kind));
+        header.section_count = entries.len() as u32;
+        header.content_id = keys::content_id(&entries);
+        header.file_id = keys::file_id(&header, &[], cast_slice(&entries));
+        Ok(Sealed { header, entries, stored })
+    }
+
+    pub fn write_to(&self, mut sink: impl Write) -> io::Result<()> {
+        const ZEROS: [u8; 4096] = [0; 4096];
+        sink.write_all(bytes_of(&self.header))?;
+        sink.write_all(cast_slice(&self.entries))?;
+        let mut at = (Header::LEN + self.entries.len() * SectionEntry::LEN) as u64;
+        for (entry, data) in self.entries.iter().zip(&self.stored) {
+            sink.write_all(&ZEROS[..(entry.offset - at) as usize])?; // shorter than a page, as laid out above
+            data.write_to(&mut sink)?;
+            at = entry.offset + entry.stored_len;
+        }
+        sink.write_all(&ZEROS[..(self.header.file_len - at) as usize])
+    }
+
+    pub fn summary(&self) -> WriteSummary {
+        WriteSummary { header: self.header, sections: self.entries.clone() }
+    }
+}

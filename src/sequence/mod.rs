@@ -1,0 +1,226 @@
+//! Many frames become one file: what a frame shares with those before it is stored once.
+//!
+//! ```text
+//! Scene of a frame ─ compile::lay_out ─▶ meshes and instances
+//!   each mesh: seen before ─▶ the pose of then · moved ─ refit ─▶ a pose · other triangles, or moved too far ─ build ─▶ a topology
+//!   instances ─ top level ─▶ a placement
+//! ```
+//!
+//! Trees are refitted bottom-up to where their triangles stand, and built anew where that has become too dear ([`RefitPolicy`]). The top level is built for
+//! every frame.
+
+mod policy;
+mod shape;
+mod weld;
+
+pub use policy::{Refit, RefitPolicy};
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::build::{BuildError, BuildOptions, Levels, Progress, tlas};
+use crate::cache::{CacheError, Codec, FrameRecord, Meta, PoseRecord, SequenceWriter, WriteSummary, instance_record};
+use crate::compile::{self, Placing};
+use crate::exec::Executor;
+use crate::geom::{Aabb, Affine};
+use crate::scene::{Mesh, Scene};
+use shape::{Shape, geometry_hash, topology_hash};
+
+/// Why a sequence could not be built.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum SequenceError {
+    /// A frame could not be built.
+    Build(BuildError),
+    /// The file could not be written.
+    Cache(CacheError),
+}
+
+impl From<BuildError> for SequenceError {
+    fn from(error: BuildError) -> SequenceError {
+        SequenceError::Build(error)
+    }
+}
+
+impl From<CacheError> for SequenceError {
+    fn from(error: CacheError) -> SequenceError {
+        SequenceError::Cache(error)
+    }
+}
+
+impl std::fmt::Display for SequenceError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            SequenceError::Build(error) => error.fmt(f),
+            SequenceError::Cache(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for SequenceError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            SequenceError::Build(error) => error.source(),
+            SequenceError::Cache(error) => error.source(),
+        }
+    }
+}
+
+/// Which frame it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameLabel {
+    /// Its number; those of a sequence ascend.
+    pub number: i32,
+    /// Its time in seconds, where it has one.
+    pub time: Option<f32>,
+    /// The source has no such frame: the one before it stands in for it.
+    pub held: bool,
+}
+
+/// What became of a frame's meshes.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[non_exhaustive]
+pub struct FrameOutcome {
+    /// The frame's number.
+    pub number: i32,
+    /// Meshes that stand as in a frame before: nothing is stored.
+    pub same: u64,
+    /// Meshes whose tree was refitted.
+    pub refitted: u64,
+    /// Meshes whose tree was built for this frame.
+    pub built: u64,
+    /// Instances.
+    pub instances: u64,
+    /// Triangles that rays can hit, those of every instance counted.
+    pub triangles: u64,
+    /// Largest of the meshes' SAH costs relative to the same tree's when it was built; 0 where nothing was refitted.
+    pub worst_ratio: f32,
+    /// Bytes that the file grew by, its tables apart.
+    pub bytes: u64,
+    /// What putting the meshes where they stand cost.
+    pub placing: Placing,
+}
+
+/// A sequence that is being built, frame after frame.
+pub struct SequenceBuilder<'a> {
+    options: BuildOptions,
+    policy: RefitPolicy,
+    exec: &'a Executor,
+    progress: &'a dyn Progress,
+    writer: SequenceWriter<'a>,
+    /// By what the poses share.
+    shapes: BTreeMap<[u8; 32], Shape>,
+    /// Poses by topology and geometry.
+    poses: BTreeMap<([u8; 32], [u8; 32]), u32>,
+}
+
+impl<'a> SequenceBuilder<'a> {
+    /// Begin a file at `path`. Trees are built as `options` say, always with a top level.
+    ///
+    /// # Errors
+    /// Where the options contradict each other, or no file can be made beside `path`.
+    pub fn new(
+        path: &Path,
+        options: &BuildOptions,
+        policy: RefitPolicy,
+        codec: Codec,
+        exec: &'a Executor,
+        progress: &'a dyn Progress,
+    ) -> Result<SequenceBuilder<'a>, SequenceError> {
+        options.validate()?;
+        Ok(SequenceBuilder {
+            options: BuildOptions { levels: Levels::Two, ..options.clone() },
+            policy,
+            exec,
+            progress,
+            writer: SequenceWriter::new(path, codec, exec)?,
+            shapes: BTreeMap::new(),
+            poses: BTreeMap::new(),
+        })
+    }
+
+    /// Add the next frame.
+    ///
+    /// Triangles without area in this frame may have one in another: a scene that is read to become a frame should keep them
+    /// ([`Degenerate::Keep`](crate::scene::Degenerate::Keep)), or its triangles are others than the frames' before.
+    ///
+    /// # Errors
+    /// Where the scene cannot be built, or the file cannot be written.
+    pub fn add(&mut self, scene: Scene, label: FrameLabel) -> Result<FrameOutcome, SequenceError> {
+        let laid = compile::lay_out(scene, &self.options, self.exec)?;
+        let mut outcome = FrameOutcome { number: label.number, placing: laid.placing, ..FrameOutcome::default() };
+        let poses: Vec<u32> =
+            laid.meshes.iter().map(|mesh| self.pose(mesh, &mut outcome)).collect::<Result<_, SequenceError>>()?;
+        let instances = laid.instances.unwrap_or_default();
+        outcome.instances = instances.len() as u64;
+        outcome.triangles = instances.iter().map(|i| laid.meshes[i.mesh as usize].triangles.len() as u64).sum();
+
+        // Each instance's box in the world, by the transform as the file holds it.
+        let mut boxes = Vec::with_capacity(instances.len());
+        for (index, instance) in instances.iter().enumerate() {
+            let PoseRecord { min, max, .. } = self.writer.poses()[poses[instance.mesh as usize] as usize];
+            let world = Affine::from_f32(&instance.transform.to_f32()).transform_box(&Aabb { min, max });
+            if !world.is_valid() {
+                return Err(BuildError::OutOfRange { instance: index, mesh: instance.mesh }.into());
+            }
+            boxes.push(world);
+        }
+        let top = tlas::build(&boxes, self.exec);
+        let records: Vec<_> = top
+            .refs
+            .iter()
+            .map(|&id| {
+                let instance = &instances[id as usize];
+                instance_record(instance, poses[instance.mesh as usize], id)
+            })
+            .collect();
+        let mut flags = if label.held { FrameRecord::HELD } else { 0 };
+        flags |= label.time.map_or(0, |_| FrameRecord::TIMED);
+        let time = label.time.unwrap_or(0.0) + 0.0; // -0.0 becomes +0.0
+        let record = FrameRecord { number: label.number, placement: 0, time, flags, reserved: [0; 4] };
+        outcome.bytes = self.writer.frame(record, &top.nodes, &records)?;
+        Ok(outcome)
+    }
+
+    /// The number of the pose in which a mesh stands.
+    fn pose(&mut self, mesh: &Mesh, outcome: &mut FrameOutcome) -> Result<u32, SequenceError> {
+        let topology = topology_hash(mesh);
+        let key = (topology, geometry_hash(mesh));
+        if let Some(pose) = self.poses.get(&key) {
+            outcome.same += 1;
+            return Ok(*pose);
+        }
+        let shape = self.shapes.entry(topology).or_default();
+        let pose = match shape.refit(mesh, &self.policy, self.exec) {
+            Some(fitted) if !fitted.is_dear => {
+                outcome.refitted += 1;
+                outcome.worst_ratio = outcome.worst_ratio.max(fitted.ratio);
+                shape.write_refit(mesh, fitted, &mut self.writer)
+            }
+            fitted => {
+                let (tree, _) = compile::decide_tree(mesh, &self.options, self.exec, self.progress)?;
+                match fitted.filter(|fitted| shape.is_futile(&tree, fitted, &self.policy)) {
+                    Some(fitted) => {
+                        outcome.refitted += 1;
+                        outcome.worst_ratio = outcome.worst_ratio.max(fitted.ratio);
+                        shape.write_refit(mesh, fitted, &mut self.writer)
+                    }
+                    None => {
+                        outcome.built += 1;
+                        shape.write_built(mesh, tree, &mut self.writer, self.exec)?
+                    }
+                }
+            }
+        };
+        self.poses.insert(key, pose);
+        Ok(pose)
+    }
+
+    /// Write the file.
+    ///
+    /// # Errors
+    /// Where it cannot be written, or holds more than a file may.
+    pub fn finish(self, meta: &Meta) -> Result<WriteSummary, SequenceError> {
+        Ok(self.writer.finish(meta)?)
+    }
+}

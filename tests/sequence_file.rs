@@ -1,0 +1,193 @@
+//! Sequences from frames to file and back: every frame is what a still build of it is, and what frames share is stored once.
+
+use bvhc::build::{BuildOptions, NoProgress};
+use bvhc::cache::check::{Level, Limits, check_bytes};
+use bvhc::cache::keys::Recipe;
+use bvhc::cache::{self, Cache, CacheError, Codec, FrameRecord, Meta, OpenOptions, PoseRecord, Sequence, Validation};
+use bvhc::exec::Executor;
+use bvhc::geom::{Affine, Ray};
+use bvhc::scene::{self, Degenerate, Format, ReadOptions, Scene};
+use bvhc::sequence::{FrameLabel, FrameOutcome, Refit, RefitPolicy, SequenceBuilder};
+use bvhc::trace::closest_hit;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// A sheet of small triangles in waves, as an OBJ.
+fn sheet(time: f32, side: usize) -> Scene {
+    let mut obj = String::from("o sheet\n");
+    for i in 0..side * side {
+        let (x, z) = ((i % side) as f32, (i / side) as f32);
+        writeln!(obj, "v {x} {} {z}", (x * 0.7 + time).sin() * 2.0 + (z * 0.3).cos()).unwrap();
+    }
+    for c in (0..side * (side - 1)).filter(|c| c % side != side - 1) {
+        writeln!(obj, "f {} {} {} {}", c + 1, c + 2, c + side + 2, c + side + 1).unwrap();
+    }
+    read(&obj)
+}
+
+fn read(obj: &str) -> Scene {
+    let options = ReadOptions { degenerate: Degenerate::Keep, ..ReadOptions::default() };
+    scene::read_bytes(obj.as_bytes().to_vec(), "frame.obj", Some(Format::Obj), None, &options).unwrap()
+}
+
+fn meta() -> Meta {
+    cache::provenance(
+        Recipe { method: "sbvh".into(), builder_revision: 1, options: Vec::new() },
+        &[],
+        &scene::ReadReport::default(),
+    )
+}
+
+struct File {
+    _folder: tempfile::TempDir,
+    path: PathBuf,
+    outcomes: Vec<FrameOutcome>,
+}
+
+fn build(frames: Vec<Scene>, policy: RefitPolicy, codec: Codec) -> File {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sequence.bvhc");
+    let exec = Executor::sequential();
+    let mut builder =
+        SequenceBuilder::new(&path, &BuildOptions::default(), policy, codec, &exec, &NoProgress).unwrap();
+    let label = |i: usize| FrameLabel { number: 10 + i as i32, time: Some(i as f32 / 24.0), held: false };
+    let outcomes = frames.into_iter().enumerate().map(|(i, scene)| builder.add(scene, label(i)).unwrap()).collect();
+    builder.finish(&meta()).unwrap();
+    File { _folder: folder, path, outcomes }
+}
+
+fn check_clean(path: &Path) {
+    let report =
+        check_bytes(&std::fs::read(path).unwrap(), Level::Tree, None, &Limits::default(), &Executor::sequential());
+    assert!(report.is_clean() && report.not_checked.is_empty(), "{:#?} {:?}", report.findings, report.not_checked);
+}
+
+fn rays() -> impl Iterator<Item = Ray> {
+    (0..400).map(|i| {
+        let (a, b) = ((i % 20) as f32, (i / 20) as f32);
+        Ray::new([a * 0.55 + 0.1, 9.0, b * 0.5], [(b - 9.0) * 0.02, -1.0, (a - 9.0) * 0.03])
+    })
+}
+
+/// Each frame of the file is hit where a still build of its scene is, by the same triangle of the model.
+fn hits_are_those_of_still_builds(path: &Path, frames: impl Fn(usize) -> Scene) {
+    let options = OpenOptions { validation: Validation::Tree, ..OpenOptions::default() };
+    let sequence = Sequence::open_with(path, &options).unwrap();
+    let exec = Executor::sequential();
+    for number in 0..sequence.frame_count() {
+        let frame = sequence.frame(number).unwrap();
+        let accel = bvhc::compile::compile(frames(number), &BuildOptions::default(), &exec, &NoProgress).unwrap();
+        let still = cache::Image::new(&accel, &exec).unwrap();
+        let mut hits = 0;
+        for ray in rays() {
+            let (ours, theirs) = (closest_hit(&frame.view(), &ray).unwrap(), closest_hit(&still.view(), &ray).unwrap());
+            assert_eq!(ours.map(|h| (h.t, h.prim)), theirs.map(|h| (h.t, h.prim)), "frame {number}, {ray:?}");
+            hits += usize::from(ours.is_some());
+        }
+        assert!(hits > 50, "{hits}");
+    }
+}
+
+#[test]
+fn a_mesh_that_moves_is_refitted_and_every_frame_is_hit_as_a_still_one() {
+    let times = [0.0, 0.1, 0.2, 0.1, 0.0];
+    for codec in [Codec::Raw, Codec::Zstd { level: 3 }] {
+        let file = build(times.iter().map(|t| sheet(*t, 20)).collect(), RefitPolicy::default(), codec);
+        check_clean(&file.path);
+        let done: Vec<_> = file.outcomes.iter().map(|o| (o.built, o.refitted, o.same)).collect();
+        assert_eq!(done, [(1, 0, 0), (0, 1, 0), (0, 1, 0), (0, 0, 1), (0, 0, 1)]);
+        let sequence = Sequence::open(&file.path).unwrap();
+        assert_eq!((sequence.topologies().len(), sequence.poses().len(), sequence.block_count()), (1, 3, 3));
+        assert_eq!(sequence.poses().iter().map(|p| p.flags).collect::<Vec<_>>(), [PoseRecord::KEY, 0, 0]);
+        assert_eq!(sequence.frames().iter().map(|f| f.number).collect::<Vec<_>>(), [10, 11, 12, 13, 14]);
+        assert!(sequence.frames().iter().all(|f| f.flags == FrameRecord::TIMED));
+        assert_eq!(sequence.numbered(12), Some(2));
+        // Vertices are stored once: 400 places, not six for each of 361 quads.
+        assert_eq!(sequence.topologies()[0].vertex_count, 400);
+        hits_are_those_of_still_builds(&file.path, |i| sheet(times[i], 20));
+    }
+}
+
+#[test]
+fn a_mesh_that_tumbles_into_another_shape_is_built_anew_and_the_old_tree_serves_again() {
+    // The whole sheet is shuffled: triangles that were neighbours are apart.
+    let shuffled = |by: usize| {
+        let mut scene = sheet(0.0, 20);
+        let n = scene.meshes[0].positions.len();
+        let old = scene.meshes[0].positions.clone();
+        for (i, p) in scene.meshes[0].positions.iter_mut().enumerate() {
+            *p = old[(i * by) % n];
+        }
+        scene
+    };
+    let frames = || vec![sheet(0.0, 20), shuffled(7), shuffled(7), sheet(0.05, 20)];
+    let file = build(frames(), RefitPolicy::default(), Codec::Raw);
+    check_clean(&file.path);
+    let done: Vec<_> = file.outcomes.iter().map(|o| (o.built, o.refitted, o.same)).collect();
+    assert_eq!(done, [(1, 0, 0), (1, 0, 0), (0, 0, 1), (0, 1, 0)], "{:?}", file.outcomes);
+    hits_are_those_of_still_builds(&file.path, |i| frames().swap_remove(i));
+
+    let never = build(frames(), RefitPolicy { refit: Refit::Never, ..RefitPolicy::default() }, Codec::Raw);
+    assert_eq!(never.outcomes.iter().map(|o| o.built).sum::<u64>(), 3);
+    let always = build(frames(), RefitPolicy { refit: Refit::Always, ..RefitPolicy::default() }, Codec::Raw);
+    assert_eq!(always.outcomes.iter().map(|o| o.built).sum::<u64>(), 1);
+    hits_are_those_of_still_builds(&always.path, |i| frames().swap_remove(i));
+}
+
+#[test]
+fn what_moves_as_a_whole_is_stored_once() {
+    let at = |t: f32| {
+        let mut scene = sheet(0.0, 20);
+        scene.instances[0].transform = Affine::translation([f64::from(t), 0.0, 0.0]);
+        scene
+    };
+    let file = build((0..20).map(|i| at(i as f32 * 0.25)).collect(), RefitPolicy::default(), Codec::Raw);
+    check_clean(&file.path);
+    let sequence = Sequence::open(&file.path).unwrap();
+    assert_eq!((sequence.poses().len(), sequence.block_count()), (1, 1));
+    hits_are_those_of_still_builds(&file.path, |i| at(i as f32 * 0.25));
+}
+
+#[test]
+fn other_triangles_are_another_topology_and_an_empty_frame_shows_nothing() {
+    let frames = || vec![read(""), sheet(0.0, 20), sheet(0.0, 21), read(""), sheet(0.1, 20)];
+    let file = build(frames(), RefitPolicy::default(), Codec::Raw);
+    check_clean(&file.path);
+    let sequence = Sequence::open(&file.path).unwrap();
+    assert_eq!(sequence.topologies().len(), 2);
+    for empty in [0, 3] {
+        let frame = sequence.frame(empty).unwrap();
+        assert!(rays().all(|ray| closest_hit(&frame.view(), &ray).unwrap().is_none()));
+    }
+    let nothing = build(vec![read("")], RefitPolicy::default(), Codec::Raw);
+    check_clean(&nothing.path);
+}
+
+#[test]
+fn a_sequence_is_no_still_file_and_a_still_file_no_sequence() {
+    let file = build(vec![sheet(0.0, 4), sheet(0.1, 4)], RefitPolicy::default(), Codec::Raw);
+    let error = Cache::open(&file.path).unwrap_err();
+    assert!(matches!(error, CacheError::Sequence { frames: 2, .. }), "{error}");
+    let still = file.path.with_file_name("still.bvhc");
+    bvhc::Build::new(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]]).unwrap().run().unwrap().write(&still).unwrap();
+    assert!(matches!(Sequence::open(&still).unwrap_err(), CacheError::Still { .. }));
+    assert!(Sequence::open(&file.path).unwrap().frame(2).is_err());
+}
+
+#[test]
+fn the_file_does_not_depend_on_threads() {
+    let bytes = |threads| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bvhc");
+        let exec = Executor::new(threads).unwrap();
+        let policy = RefitPolicy::default();
+        let mut builder =
+            SequenceBuilder::new(&path, &BuildOptions::default(), policy, Codec::Raw, &exec, &NoProgress).unwrap();
+        for i in 0..3 {
+            builder.add(sheet(i as f32 * 0.2, 24), FrameLabel { number: i, time: None, held: false }).unwrap();
+        }
+        builder.finish(&meta()).unwrap();
+        std::fs::read(path).unwrap()
+    };
+    assert_eq!(bytes(1), bytes(5));
+}
