@@ -1,6 +1,6 @@
 //! What the library takes from programs and what it refuses: nothing behind it writes a file that a rule forbids.
 
-use bvhc::build::{BuildError, BuildOptions, NoProgress, Preset};
+use bvhc::build::{BuildError, BuildOptions, Method, NoProgress, Preset};
 use bvhc::cache::{CacheError, Image, OpenOptions, Validation, WriteOptions, to_bytes};
 use bvhc::compile::{build_tree, compile};
 use bvhc::exec::Executor;
@@ -69,6 +69,40 @@ fn a_mesh_that_was_added_and_not_placed_is_told() {
     assert_eq!(error, BuildError::Unplaced { mesh: second, name: "second".into() });
     build.add_instance(second, Affine::translation([9.0, 0.0, 0.0])).unwrap();
     assert_eq!(build.run().unwrap().view().triangles.len(), 2 * TRIANGLES.len());
+}
+
+#[test]
+fn a_preset_and_options_exclude_each_other_in_either_order() {
+    let build = || Build::new(&POSITIONS, &TRIANGLES).unwrap();
+    let options = BuildOptions { max_leaf: 1, ..BuildOptions::preset(Preset::Draft) };
+    let both = [
+        build().preset(Preset::Best).options(options.clone()),
+        build().options(options.clone()).preset(Preset::Best),
+        // Not even where they say the same.
+        build().options(BuildOptions::preset(Preset::Best)).preset(Preset::Best),
+    ];
+    for build in both {
+        assert_eq!(build.run().unwrap_err(), BuildError::TwoRecipes { preset: "best" });
+    }
+    // Of the same kind the last one holds.
+    let is_search = |build: Build| !build.run().unwrap().notes().is_empty();
+    assert!(!is_search(build().options(BuildOptions::default()).options(options)));
+    assert!(is_search(build().preset(Preset::Draft).preset(Preset::Best)));
+}
+
+#[test]
+fn options_that_the_method_does_not_read_are_refused() {
+    let build = |options| Build::new(&POSITIONS, &TRIANGLES).unwrap().options(options).run();
+    let sweep = BuildOptions { method: Method::Sweep, ..BuildOptions::preset(Preset::Draft) };
+    // Draft's 32 bins mean nothing to sweep and came along.
+    assert!(build(sweep.clone()).is_ok());
+    for (options, method) in
+        [(BuildOptions { bins: 31, ..sweep }, "sweep"), (BuildOptions { bins: 31, ..BuildOptions::default() }, "auto")]
+    {
+        let error = build(options).unwrap_err();
+        let BuildError::NotRead { option, value, method: by, readers } = &error else { panic!("{error:?}") };
+        assert_eq!((*option, value.as_str(), *by, readers.as_str()), ("bins", "31", method, "binned, sbvh"));
+    }
 }
 
 #[test]

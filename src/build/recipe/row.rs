@@ -144,6 +144,16 @@ impl OptionInfo {
         BuildError::Option { option, value, rule, default: Some(self.default_in(Preset::Auto).to_string()) }
     }
 
+    /// What is said of a value that the method would ignore.
+    pub(super) fn not_read(&self, value: &str, method: Method) -> BuildError {
+        BuildError::NotRead {
+            option: self.name,
+            value: value.to_string(),
+            method: method.info().name,
+            readers: self.reader_names().join(", "),
+        }
+    }
+
     /// Whether the build key names this option of these options, which the method must read.
     pub(super) fn is_named(&self, options: &BuildOptions) -> bool {
         match self.key {
