@@ -10,7 +10,7 @@ use crate::compile::compile;
 use crate::exec::Executor;
 use crate::geom::{Affine, Point, Ray};
 use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, Scene, SceneError};
-use crate::trace::{Hit, Malformed, any_hit, closest_hit};
+use crate::trace::{BatchError, Hit, Malformed, any_hit, closest_hit};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -296,11 +296,11 @@ impl Built {
         any_hit(&self.view(), ray)
     }
 
-    /// The nearest hit of each of many rays, on the build's threads.
+    /// The nearest hit of each of many rays, on the build's threads: `hits[i]` becomes the answer to `rays[i]`.
     ///
     /// # Errors
-    /// As [`Built::closest_hit`].
-    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), Malformed> {
+    /// Where there are not as many places for hits as rays; no hit is touched then.
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), BatchError> {
         self.view().closest_hits(rays, hits, &self.exec)
     }
 

@@ -6,6 +6,7 @@ use bvhc::compile::{build_tree, compile};
 use bvhc::exec::Executor;
 use bvhc::geom::Affine;
 use bvhc::scene::{GeometryError, Instance, Mesh, Part, Scene};
+use bvhc::trace::BatchError;
 use bvhc::tree::{Accel, Tree};
 use bvhc::{Build, Cache, Hit, Ray};
 
@@ -169,6 +170,30 @@ fn what_is_built_is_traced_written_and_opened_alike() {
     // Threads do not change a byte.
     let alone = Build::new(&POSITIONS, &TRIANGLES).unwrap().preset(Preset::Best).threads(1).run().unwrap();
     assert_eq!(alone.to_bytes().unwrap(), bytes);
+}
+
+#[test]
+fn rays_and_places_for_hits_are_as_many() {
+    let built = Build::new(&POSITIONS, &TRIANGLES).unwrap().run().unwrap();
+    let bytes = built.to_bytes().unwrap();
+    let cache = Cache::from_bytes(&bytes, &OpenOptions::default()).unwrap();
+    let meets = Ray::new([0.2, 0.2, 5.0], [0.0, 0.0, -1.0]);
+    let misses = Ray::new([9.0, 9.0, 5.0], [0.0, 0.0, -1.0]);
+    let stale = built.closest_hit(&meets).unwrap();
+    for (rays, places) in [(0, 1), (1, 0), (2, 1), (1, 2), (3000, 2999), (2999, 3000)] {
+        let mut hits = vec![stale; places];
+        for answer in
+            [built.closest_hits(&vec![misses; rays], &mut hits), cache.closest_hits(&vec![misses; rays], &mut hits)]
+        {
+            assert_eq!(answer, Err(BatchError::Lengths { rays, hits: places }));
+            assert!(answer.unwrap_err().to_string().contains(&format!("{rays} rays and places for {places} hits")));
+        }
+        assert!(hits.iter().all(|hit| *hit == stale), "nothing is touched");
+    }
+    assert_eq!(cache.closest_hits(&[], &mut []), Ok(()));
+    let mut hits = [None, stale];
+    assert_eq!(cache.closest_hits(&[meets, misses], &mut hits), Ok(()));
+    assert_eq!(hits, [stale, None]);
 }
 
 #[test]

@@ -17,7 +17,7 @@ mod test;
 mod traverse;
 mod visit;
 
-pub use hit::{Hit, Malformed};
+pub use hit::{BatchError, Hit, Malformed};
 #[cfg(feature = "testing")]
 pub use observe::Fault;
 pub use observe::{Counters, NoObserver, Observer};
