@@ -9,6 +9,7 @@ use crate::build::{BuildError, BuildOptions, Levels, Named, Remedy};
 use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, MAGIC, Meta, OpenOptions, Validation};
 use crate::compile;
 use crate::scene::{self, Degenerate, Moment, ReadOptions, Scene, SceneError};
+use crate::size::beyond;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -191,13 +192,11 @@ pub fn fits(model: &Path, scene: &Scene, options: &BuildOptions, context: &Conte
     if needed <= limit {
         return Ok(());
     }
+    let triangles = figures::count(compile::primitives_to_build(scene, options));
+    let [needed, limit] = beyond(needed, limit);
     Err(Failure::new(Exit::Limit, format!("cannot lay out {}", names::path(model)))
-        .fact(format!(
-            "{} triangles need {}",
-            figures::count(compile::primitives_to_build(scene, options)),
-            figures::memory(needed)
-        ))
-        .fact(format!("the limit is {}", figures::memory(limit)))
+        .fact(format!("{triangles} triangles need {needed}"))
+        .fact(format!("the limit is {limit}"))
         .help(
             "raise it with --max-memory, keep instances apart with --levels two, or lower --split-budget or --presplit",
         ))

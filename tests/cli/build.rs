@@ -30,7 +30,7 @@ fn the_line_names_counts_size_and_time() {
     place.write("a.obj", strip(500));
     let said = place.ok("build a.obj -o a.bvhc --method binned");
     assert!(said.out.starts_with("a.bvhc  1,000 tris → 1,000 refs (+0.0%), "), "{}", said.out);
-    for word in [" nodes, depth ", ", SAH ", " kB, "] {
+    for word in [" nodes, depth ", ", SAH ", " KiB, "] {
         assert!(said.out.contains(word), "{word} in {}", said.out);
     }
     assert_eq!(said.out.lines().count(), 1);

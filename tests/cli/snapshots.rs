@@ -29,7 +29,7 @@ fn keep(name: &str, place: &Place, commands: &[&str]) {
         (r"\b\d+(\.\d+)? (ms|s)\b", "# s"),
         (r" +\d+\.\d+ M rays/s", "  # M rays/s"),
         (r#""(\w*(?:_ms|seconds|peak_memory|device_memory))": [0-9.e-]+"#, r#""$1": #"#),
-        (r"peak memory [0-9.]+ (kB|MB) \(\d+ bytes per triangle\)", "peak memory #"),
+        (r"peak memory [0-9.]+ (KiB|MiB) \(\d+ bytes per triangle\)", "peak memory #"),
         (r"\b\d+ threads?\b", "# threads"),
         (&regex_of(env!("CARGO_PKG_VERSION")), "bvhc VERSION"),
     ] {

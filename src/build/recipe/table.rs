@@ -8,7 +8,7 @@ use super::options::{Axes, Clip, Levels, Method, Preset};
 use super::row::{InKey, Kind, OptionInfo, Readers, Spelling};
 use super::value::{OptionValue, names_of};
 
-/// Most rays in a set that a tree can be adapted to: 200 MB of them.
+/// Most rays in a set that a tree can be adapted to: some 200 MiB of them.
 pub const MAX_ADAPT: u32 = 1 << 20;
 /// Most neighbours to either side of a cluster among which its best match is looked for: their places are numbered in six bits.
 pub(in crate::build) const MAX_RADIUS: u32 = 31;

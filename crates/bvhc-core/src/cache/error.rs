@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::report::{Place, Report};
 use super::rules::{self, Rule, Severity};
+use crate::size;
 
 /// Why a cache could not be read, written or converted.
 #[derive(Debug)]
@@ -83,7 +84,8 @@ impl fmt::Display for Limited {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Limited::Memory { needed, limit } => {
-                write!(f, "its sections take {needed} bytes of memory and the limit is {limit} bytes")
+                let [needed, limit] = size::beyond(*needed, *limit);
+                write!(f, "its sections take {needed} of memory and the limit is {limit}")
             }
             Limited::Machine { left_out } => write!(f, "part of it is not checked: {left_out}"),
             Limited::Format { what, found, most } => write!(f, "{what} has {found} bytes and may have {most}"),

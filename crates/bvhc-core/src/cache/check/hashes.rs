@@ -10,6 +10,7 @@ use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::exec::Executor;
 use crate::layout::{BlasRecord, SectionEntry, SectionKind, section_flags};
+use crate::size;
 
 /// A section's decoded bytes, aligned for its records.
 pub enum Decoded<'a> {
@@ -54,7 +55,8 @@ pub fn check<'a>(
     let fits = total <= u128::from(limits.max_memory);
     if !fits {
         out.add(&rules::E0127, Place::file(), || {
-            (format!("{} bytes", limits.max_memory), format!("the sections decode to {total} bytes"))
+            let [total, limit] = size::beyond(total, limits.max_memory);
+            (limit, format!("the sections decode to {total}"))
         });
         out.skip("The compressed sections: they are larger than the memory limit.");
     }
