@@ -110,7 +110,7 @@ pub fn for_device(error: &DeviceError) -> Option<&'static str> {
         DeviceError::NoDevice { .. } => "install a driver (Debian: apt install pocl-opencl-icd), or pass --device cpu",
         DeviceError::NoSuchDevice { .. } => "bvhc verify --list-devices",
         DeviceError::Unusable { .. } => "bvhc verify --list-devices, then --device with another, or --device cpu",
-        DeviceError::OutOfMemory { .. } => {
+        DeviceError::OutOfMemory { .. } | DeviceError::TooMany { .. } => {
             "pass --device cpu, or build the file with fewer references (bvhc build --method binned)"
         }
         DeviceError::Build { .. } => "update the driver and report this log, or pass --device cpu",

@@ -43,7 +43,7 @@ pub struct Bench {
 
 pub fn failure(error: &DeviceError) -> Failure {
     let exit = match error {
-        DeviceError::OutOfMemory { .. } => Exit::Limit,
+        DeviceError::OutOfMemory { .. } | DeviceError::TooMany { .. } => Exit::Limit,
         DeviceError::Malformed { .. } => Exit::Negative,
         _ => Exit::Unsupported,
     };
