@@ -6,7 +6,7 @@ use super::figures;
 use super::names;
 use super::{Context, advice};
 use crate::build::{BuildError, BuildOptions, Levels, Named, Remedy};
-use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, MAGIC, Meta, OpenOptions, Validation};
+use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, MAGIC, Meta, OpenOptions, Validation, rules};
 use crate::compile;
 use crate::scene::{self, Degenerate, Moment, ReadOptions, Scene, SceneError};
 use crate::size::beyond;
@@ -73,11 +73,12 @@ pub fn failure(error: &CacheError) -> Failure {
             if source.kind() == std::io::ErrorKind::NotFound { failure.help(MAKE_ONE) } else { failure }
         }
         // Building "again" would write over what is most likely the model.
-        CacheError::Invalid { rule: "E0102", .. } => failure.help(MAKE_ONE),
-        CacheError::Invalid { rule, .. } => {
+        CacheError::Invalid { breach, .. } if breach.rule == &rules::E0102 => failure.help(MAKE_ONE),
+        CacheError::Invalid { breach, .. } => {
+            let rule = breach.rule.id;
             failure.help(format!("bvhc explain {rule} · build it again: bvhc build MODEL -o FILE --force"))
         }
-        CacheError::Unsupported { .. } => {
+        CacheError::Unsupported { .. } | CacheError::NotCopied { .. } => {
             failure.help("use the bvhc that wrote it or a newer one, or rebuild with: bvhc build MODEL -o FILE --force")
         }
         CacheError::Limit { limit: Limited::Memory { .. }, .. } => {
@@ -238,21 +239,23 @@ pub fn build_failure(error: &BuildError) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cache::check::{Finding, Place};
 
     #[test]
     fn what_helps_is_said_for_every_class_of_cache_error() {
-        let (name, rule, detail) = ("a.bvhc".to_string(), "E0103", "it has format version 2.0".to_string());
+        let (name, detail) = ("a.bvhc".to_string(), "the vertices of tree 3".to_string());
         let io = |kind| CacheError::Io { action: "open", path: "a.bvhc".into(), source: std::io::Error::from(kind) };
         let told = |error: CacheError| failure(&error).to_text(str::to_string);
 
-        let invalid = |rule| CacheError::Invalid { name: name.clone(), rule, detail: detail.clone() };
-        let (no_cache, damaged) = (told(invalid("E0102")), told(invalid("E0201")));
+        let breach = |rule| Box::new(Finding::new(rule, Place::file(), "1".into(), "2.0".into()));
+        let invalid = |rule| CacheError::Invalid { name: name.clone(), breach: breach(rule) };
+        let (no_cache, damaged) = (told(invalid(&rules::E0102)), told(invalid(&rules::E0201)));
         assert!(no_cache.ends_with(MAKE_ONE) && !no_cache.contains("--force"), "{no_cache}");
         assert!(
             damaged.contains("bvhc explain E0201") && damaged.contains("bvhc build MODEL -o FILE --force"),
             "{damaged}"
         );
-        let newer = told(CacheError::Unsupported { name: name.clone(), rule, detail: detail.clone() });
+        let newer = told(CacheError::Unsupported { name: name.clone(), breach: breach(&rules::E0103) });
         assert!(newer.contains("version 2.0 (E0103)") && newer.contains("bvhc build MODEL -o FILE --force"), "{newer}");
         let large = told(CacheError::Limit { name: name.clone(), limit: Limited::Memory { needed: 9, limit: 8 } });
         assert!(large.contains("--max-memory"), "{large}");
