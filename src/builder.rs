@@ -202,8 +202,7 @@ impl Build {
         // A model's file is the same as the program's, so that `bvhc build` finds it up to date. Arrays were not read by any policy.
         match read {
             Some(read) => recipe.options.extend(ReadOptions { vertices, ..read }.effective()),
-            None if vertices => recipe.options.push(("vertices".into(), "true".into())),
-            None => {}
+            None => recipe.options.extend(ReadOptions::effective_of_arrays(vertices)),
         }
         let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
         let accel = compile(scene, &options, &exec, progress)?;

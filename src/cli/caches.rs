@@ -8,8 +8,9 @@ use super::{Context, advice};
 use crate::build::{BuildError, BuildOptions, Levels, Named, Remedy};
 use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, MAGIC, Meta, OpenOptions, Validation, rules};
 use crate::compile;
-use crate::scene::{self, Degenerate, Moment, ReadOptions, Scene, SceneError};
+use crate::scene::{self, ReadOptions, Scene, SceneError};
 use crate::size::beyond;
+use clap::Args;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -131,30 +132,30 @@ pub fn is_no_pipe(path: &Path) -> Result<(), Failure> {
         .help("name a file with -o"))
 }
 
+/// What a command that compares files with `--source` may change of how the files say that it is read.
+#[derive(Clone, Debug, Args)]
+pub struct SourceReading {
+    /// Let the model name buffers outside its own folder
+    #[arg(long, requires = "source")]
+    allow_outside: bool,
+    /// Read the model as if this glTF extension were not in it; may be given again
+    #[arg(long = "ignore-extension", value_name = "NAME", value_parser = extension_name, requires = "source")]
+    ignore_extensions: Vec<String>,
+}
+
 /// The options in META that decide what of a model a file holds; defaults where it does not say.
 pub fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
-    let value =
-        |name: &str| meta.and_then(|m| m.options.iter().find(|(n, _)| n == name)).map(|(_, value)| value.as_str());
-    let degenerate = value("degenerate").and_then(|v| Degenerate::parse(v).ok()).unwrap_or_default();
-    let scene = value("scene").and_then(|v| v.parse().ok());
-    let levels = value("levels").and_then(|v| Levels::parse(v).ok()).unwrap_or(Levels::Auto);
-    let ignored = value("ignore_extensions").into_iter().flat_map(|names| names.split(','));
-    let ignore_extensions = ignored.map(str::to_owned).collect();
-    let vertices = value("vertices") == Some("true");
-    let moment = Moment::recorded(value);
-    let read = ReadOptions { degenerate, scene, moment, ignore_extensions, vertices, ..ReadOptions::default() };
-    (read, BuildOptions { levels, ..BuildOptions::default() })
+    let options = meta.map(|meta| &meta.options[..]).unwrap_or_default();
+    let levels = options.iter().find(|(name, _)| name == "levels").and_then(|(_, value)| Levels::parse(value).ok());
+    let build = BuildOptions { levels: levels.unwrap_or(Levels::Auto), ..BuildOptions::default() };
+    (ReadOptions::recorded(options), build)
 }
 
 /// How a file's model is to be read, and laid out, to compare the two: as the file says, and as the flags of this run add.
-pub fn recorded_with(
-    meta: Option<&Meta>,
-    allow_outside: bool,
-    ignore_extensions: &[String],
-    context: &Context,
-) -> (ReadOptions, BuildOptions) {
+pub fn recorded_with(meta: Option<&Meta>, reading: &SourceReading, context: &Context) -> (ReadOptions, BuildOptions) {
     let (mut read, build) = recorded(meta);
-    read.ignore_extensions.extend_from_slice(ignore_extensions);
+    read.ignore_extensions.extend_from_slice(&reading.ignore_extensions);
+    let allow_outside = reading.allow_outside;
     (ReadOptions { allow_outside, max_memory: context.global.max_memory, ..read }, build)
 }
 

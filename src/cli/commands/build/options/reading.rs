@@ -8,7 +8,6 @@ use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::scene::{AnimationChoice, Degenerate, Format, Moment, ReadOptions, Seconds};
 use clap::Args;
-use std::collections::BTreeSet;
 use std::path::Path;
 
 /// How models are read.
@@ -61,18 +60,13 @@ impl ReadArgs {
     pub fn resolve(&self) -> ReadOptions {
         let (degenerate, allow_outside, scene, vertices) =
             (self.degenerate, self.allow_outside, self.scene, self.vertices);
-        let (ignore_extensions, moment) = (self.ignored(), self.moment());
+        let (ignore_extensions, moment) = (self.ignore_extensions.clone(), self.moment());
         ReadOptions { degenerate, allow_outside, scene, moment, ignore_extensions, vertices, ..ReadOptions::default() }
     }
 
     fn moment(&self) -> Option<Moment> {
         let is_posed = self.animation.is_some() || self.time.is_some();
         is_posed.then(|| Moment { animation: self.animation.clone().unwrap_or_default(), time: self.time })
-    }
-
-    /// The names in one order, each once, however they were given.
-    fn ignored(&self) -> Vec<String> {
-        self.ignore_extensions.iter().cloned().collect::<BTreeSet<_>>().into_iter().collect()
     }
 
     /// Refuse to choose a scene or an animation of a model that has none to choose from. `content` is the model itself where it came from standard input.
