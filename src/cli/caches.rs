@@ -200,7 +200,7 @@ pub fn fits(model: &Path, scene: &Scene, options: &BuildOptions, context: &Conte
         .fact(format!("{triangles} triangles need {needed}"))
         .fact(format!("the limit is {limit}"))
         .help(
-            "raise it with --max-memory, keep instances apart with --levels two, or lower --split-budget or --presplit",
+            "raise it with --max-memory, keep instances apart with --levels two, or lower --split-budget or -O presplit",
         ))
 }
 

@@ -68,7 +68,7 @@ pub(crate) enum InKey {
 pub enum Spelling {
     /// `--name value`, and `-O name=value` as well.
     Flag,
-    /// `-O name=value` alone: no preset, search or lesson turns it.
+    /// `-O name=value` alone: no preset, search or lesson turns it, and the file is of the same kind whatever it is.
     Setting,
 }
 
