@@ -106,6 +106,12 @@ fn a_box_touches_what_brute_force_says_in_two_levels() {
 }
 
 #[test]
+fn the_renderer_has_sixty_lines() {
+    let text = std::fs::read_to_string(sample("../examples/render.rs")).unwrap();
+    assert!(text.lines().count() <= 60 && text.lines().all(|line| line.chars().count() <= 120));
+}
+
+#[test]
 fn a_wrong_call_is_told_and_nothing_is_written() {
     for name in ["own_geometry", "render", "collision"] {
         let folder = tempfile::tempdir().unwrap();
