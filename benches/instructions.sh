@@ -9,8 +9,8 @@ set -euo pipefail
 [ $# -ge 3 ] || { sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 2; }
 old=$1 new=$2 model=$3
 shift 3
-[ $# -gt 0 ] || set -- "--preset draft" "--preset balanced" "--method binned" "--method bonsai" "--method bonsai --presplit 0.3" "--method sweep" \
-    "--method sweep --presplit 0.3 --reinsert 8" "--method agglomerative" "--method sbvh" "--method sbvh --reinsert 8" "--preset draft --adapt 300"
+[ $# -gt 0 ] || set -- "--preset draft" "--preset balanced" "--method binned" "--method bonsai" "--method bonsai -O presplit=0.3" "--method sweep" \
+    "--method sweep -O presplit=0.3 --reinsert 8" "--method agglomerative" "--method sbvh" "--method sbvh --reinsert 8" "--preset draft --adapt 300"
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 

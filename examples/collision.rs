@@ -1,12 +1,12 @@
 //! A collision query: which triangles does a box touch? `cargo run --release --example collision -- FILE.bvhc X,Y,Z SIZE`
 //!
-//! The tree is walked by the public visitor; subtrees whose box the query misses are skipped. The file must have one level
-//! (`bvhc build --levels one`).
+//! The file is walked by the public visitor; what lies below a box that the query misses is skipped. In a file of two levels the boxes and
+//! triangles of an instance are carried into the world.
 
 use bvhc::Cache;
 use bvhc::cache::{OpenOptions, Validation};
-use bvhc::geom::{Aabb, clip::Polygon};
-use bvhc::trace::Step;
+use bvhc::geom::{Aabb, Affine, clip::Polygon};
+use bvhc::trace::{SceneVisit, Step};
 use std::collections::BTreeSet;
 use std::error::Error;
 
@@ -18,31 +18,34 @@ fn main() -> Result<(), Box<dyn Error>> {
         (middle[..].try_into().map_err(|_| "the middle is three numbers, X,Y,Z")?, size.parse::<f32>()? / 2.0);
     let query = Aabb { min: [x - half, y - half, z - half], max: [x + half, y + half, z + half] };
 
-    // A file from somebody else: every record is checked, so that the walk meets nothing but a tree.
+    // A file from somebody else: every record is checked, so that the walk meets nothing but trees.
     let cache = Cache::open_with(file, &OpenOptions { validation: Validation::Tree, ..OpenOptions::default() })?;
-    if !cache.instances().is_empty() {
-        return Err("the file has two levels; build it with --levels one".into());
-    }
     let (mut touched, mut nodes, mut tests) = (BTreeSet::new(), 0, 0);
-    for tree in cache.view().trees() {
-        tree?.visit(|at| {
-            nodes += 1;
-            if !at.node.bounds().overlaps(&query) {
-                return Step::Skip;
+    let mut to_world = Affine::IDENTITY;
+    cache.view().visit(|place| {
+        let met = match place {
+            SceneVisit::Instance { instance, .. } => {
+                to_world = Affine::from_f32(&instance.object_to_world);
+                true
             }
-            for triangle in at.triangles {
-                tests += 1;
-                // What of the triangle lies in the box? With spatial splits one triangle can stand in several leaves, hence the set.
-                if !Polygon::inside(&triangle.corners(), &query).corners().is_empty() {
-                    touched.insert((triangle.geom, triangle.prim));
-                }
-            }
-            Step::Descend
-        })?;
-    }
+            SceneVisit::Top { node, .. } => node.bounds().overlaps(&query),
+            SceneVisit::Tree { at, .. } => to_world.transform_box(&at.node.bounds()).overlaps(&query),
+            _ => true,
+        };
+        nodes += usize::from(!matches!(place, SceneVisit::Instance { .. }));
+        if let (true, SceneVisit::Tree { instance, at }) = (met, place) {
+            tests += at.triangles.len();
+            // What of the triangle lies in the box? With spatial splits one triangle can stand in several leaves, hence the set.
+            let inside = |corners| !Polygon::inside(&corners, &query).corners().is_empty();
+            let found = at.triangles.iter().filter(|t| inside(t.corners().map(|corner| to_world.bake(corner))));
+            touched.extend(found.map(|t| (instance.map(|i| i.id), t.geom, t.prim)));
+        }
+        if met { Step::Descend } else { Step::Skip }
+    })?;
     println!("{} triangles touch the box; {nodes} nodes and {tests} triangles were looked at", touched.len());
-    for (geom, prim) in touched.iter().take(10) {
-        println!("  {} triangle {prim}", cache.name(*geom));
+    for (instance, geom, prim) in touched.iter().take(10) {
+        let place = instance.map_or(String::new(), |id| format!(" of instance {id}"));
+        println!("  {} triangle {prim}{place}", cache.name(*geom));
     }
     Ok(())
 }

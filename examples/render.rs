@@ -9,11 +9,9 @@ const WIDTH: usize = 960;
 const HEIGHT: usize = 720;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut args = std::env::args_os().skip(1);
-    let (Some(file), Some(picture)) = (args.next(), args.next()) else {
-        return Err("usage: render FILE.bvhc PICTURE.png".into());
-    };
-    let cache = Cache::open(&file)?;
+    let args: Vec<_> = std::env::args_os().skip(1).collect();
+    let [file, picture] = &args[..] else { return Err("usage: render FILE.bvhc PICTURE.png".into()) };
+    let cache = Cache::open(file)?;
 
     // Look at the middle of the scene from outside, slightly from above.
     let bounds = cache.header().scene_bounds();
@@ -36,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     cache.closest_hits(&rays, &mut hits)?;
     let pixels: Vec<u8> = hits.iter().flat_map(|hit| hit.map_or([24, 28, 36], |hit| shade(&cache, &hit))).collect();
 
-    let mut encoder = png::Encoder::new(std::fs::File::create(&picture)?, WIDTH as u32, HEIGHT as u32);
+    let mut encoder = png::Encoder::new(std::fs::File::create(picture)?, WIDTH as u32, HEIGHT as u32);
     encoder.set_color(png::ColorType::Rgb);
     encoder.write_header()?.write_image_data(&pixels)?;
     Ok(())

@@ -3,14 +3,14 @@
 //! The rooms behind it stay open for those who need more: [`scene`](crate::scene) reads, [`compile`](crate::compile) builds,
 //! [`cache`](crate::cache) writes.
 
-use crate::build::{BuildError, BuildOptions, NoProgress, Preset, Progress};
+use crate::build::{BuildError, BuildOptions, Named, NoProgress, Preset, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, CacheError, Codec, Image, Meta, View, WriteOptions, WriteSummary};
 use crate::compile::compile;
 use crate::exec::Executor;
 use crate::geom::{Affine, Point, Ray};
 use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, Scene, SceneError};
-use crate::trace::{Hit, Malformed, any_hit, closest_hit};
+use crate::trace::{BatchError, Hit, Malformed, any_hit, closest_hit};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -49,7 +49,8 @@ pub struct Build {
     scene: Scene,
     /// How the scene's model was read; `None` where there is none.
     read: Option<ReadOptions>,
-    options: BuildOptions,
+    preset: Option<Preset>,
+    options: Option<BuildOptions>,
     vertices: bool,
     threads: usize,
     /// Meshes that the caller added and that no instance shows yet.
@@ -135,13 +136,30 @@ impl Build {
     }
 
     /// How good the trees shall be, and how long they may take; the default is [`Preset::Auto`].
+    ///
+    /// A preset and [`Build::options`] exclude each other, since either says everything: [`Build::run`] refuses both, in whatever order.
     pub fn preset(self, preset: Preset) -> Build {
-        Build { options: BuildOptions::preset(preset), ..self }
+        Build { preset: Some(preset), ..self }
     }
 
-    /// Every choice by itself.
+    /// Every choice by itself, in the place of a preset.
+    ///
+    /// ```
+    /// use bvhc::{Build, build::{BuildOptions, Method, Preset}};
+    ///
+    /// let sweep = BuildOptions { method: Method::Sweep, reinsert: 8, ..BuildOptions::preset(Preset::Draft) };
+    /// let triangle = Build::new(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]])?;
+    /// triangle.clone().options(sweep.clone()).run()?;
+    ///
+    /// // Sweep trees have no bins: a number of them that no preset has was meant to do something.
+    /// let error = triangle.options(BuildOptions { bins: 17, ..sweep }).run().unwrap_err();
+    /// assert!(error.to_string().contains("method sweep does not read it"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// [`Build::run`] refuses a value that the method does not read, as [`BuildOptions::refuse_unread`] says.
     pub fn options(self, options: BuildOptions) -> Build {
-        Build { options, ..self }
+        Build { options: Some(options), ..self }
     }
 
     /// Whether the file shall hold which vertices each triangle has: of arrays their indices into the positions, for normals and texture
@@ -159,8 +177,8 @@ impl Build {
     /// Build.
     ///
     /// # Errors
-    /// Where an option is out of its range, the scene is too large, no threads can be started, a mesh was added and not placed, or vertices are
-    /// asked for of a model that was read without them.
+    /// Where an option is out of its range or not read by the method, a preset and options were both given, the scene is too large, no threads
+    /// can be started, a mesh was added and not placed, or vertices are asked for of a model that was read without them.
     pub fn run(self) -> Result<Built, BuildError> {
         let exec = Executor::new(self.threads)?;
         self.run_on(exec, &NoProgress)
@@ -171,7 +189,8 @@ impl Build {
     /// # Errors
     /// As [`Build::run`], and where `progress` cancels the build.
     pub fn run_on(self, exec: Executor, progress: &dyn Progress) -> Result<Built, BuildError> {
-        let Build { mut scene, read, options, vertices, unplaced, .. } = self;
+        let options = self.recipe()?;
+        let Build { mut scene, read, vertices, unplaced, .. } = self;
         if let Some(mesh) = unplaced.first() {
             let name = scene.meshes[*mesh as usize].name.clone();
             return Err(BuildError::Unplaced { mesh: *mesh, name });
@@ -183,14 +202,25 @@ impl Build {
         // A model's file is the same as the program's, so that `bvhc build` finds it up to date. Arrays were not read by any policy.
         match read {
             Some(read) => recipe.options.extend(ReadOptions { vertices, ..read }.effective()),
-            None if vertices => recipe.options.push(("vertices".into(), "true".into())),
-            None => {}
+            None => recipe.options.extend(ReadOptions::effective_of_arrays(vertices)),
         }
         let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
         let accel = compile(scene, &options, &exec, progress)?;
         let image = Image::of_compiled(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
         let meta = Meta { notes: accel.notes, ..cache::provenance(recipe, &inputs, &report) };
         Ok(Built { image, meta, exec })
+    }
+
+    /// The options of the build, which a preset or the caller has given.
+    fn recipe(&self) -> Result<BuildOptions, BuildError> {
+        match (self.preset, &self.options) {
+            (Some(preset), Some(_)) => Err(BuildError::TwoRecipes { preset: preset.name() }),
+            (preset, None) => Ok(preset.map_or_else(BuildOptions::default, BuildOptions::preset)),
+            (None, Some(options)) => {
+                options.refuse_unread()?;
+                Ok(options.clone())
+            }
+        }
     }
 }
 
@@ -265,11 +295,11 @@ impl Built {
         any_hit(&self.view(), ray)
     }
 
-    /// The nearest hit of each of many rays, on the build's threads.
+    /// The nearest hit of each of many rays, on the build's threads: `hits[i]` becomes the answer to `rays[i]`.
     ///
     /// # Errors
-    /// As [`Built::closest_hit`].
-    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), Malformed> {
+    /// Where there are not as many places for hits as rays; no hit is touched then.
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), BatchError> {
         self.view().closest_hits(rays, hits, &self.exec)
     }
 

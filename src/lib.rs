@@ -93,7 +93,7 @@ pub mod verify;
 pub mod cli;
 
 pub use builder::{Build, Built};
-pub use bvhc_core::{exec, geom, layout, random, simd};
+pub use bvhc_core::{exec, geom, layout, random, simd, size};
 pub use cache::{Cache, Opened};
 pub use geom::Ray;
 pub use trace::Hit;

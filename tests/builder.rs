@@ -1,11 +1,12 @@
 //! What the library takes from programs and what it refuses: nothing behind it writes a file that a rule forbids.
 
-use bvhc::build::{BuildError, BuildOptions, NoProgress, Preset};
+use bvhc::build::{BuildError, BuildOptions, Method, NoProgress, Preset};
 use bvhc::cache::{CacheError, Image, OpenOptions, Validation, WriteOptions, to_bytes};
 use bvhc::compile::{build_tree, compile};
 use bvhc::exec::Executor;
 use bvhc::geom::Affine;
 use bvhc::scene::{GeometryError, Instance, Mesh, Part, Scene};
+use bvhc::trace::BatchError;
 use bvhc::tree::{Accel, Tree};
 use bvhc::{Build, Cache, Hit, Ray};
 
@@ -72,6 +73,40 @@ fn a_mesh_that_was_added_and_not_placed_is_told() {
 }
 
 #[test]
+fn a_preset_and_options_exclude_each_other_in_either_order() {
+    let build = || Build::new(&POSITIONS, &TRIANGLES).unwrap();
+    let options = BuildOptions { max_leaf: 1, ..BuildOptions::preset(Preset::Draft) };
+    let both = [
+        build().preset(Preset::Best).options(options.clone()),
+        build().options(options.clone()).preset(Preset::Best),
+        // Not even where they say the same.
+        build().options(BuildOptions::preset(Preset::Best)).preset(Preset::Best),
+    ];
+    for build in both {
+        assert_eq!(build.run().unwrap_err(), BuildError::TwoRecipes { preset: "best" });
+    }
+    // Of the same kind the last one holds.
+    let is_search = |build: Build| !build.run().unwrap().notes().is_empty();
+    assert!(!is_search(build().options(BuildOptions::default()).options(options)));
+    assert!(is_search(build().preset(Preset::Draft).preset(Preset::Best)));
+}
+
+#[test]
+fn options_that_the_method_does_not_read_are_refused() {
+    let build = |options| Build::new(&POSITIONS, &TRIANGLES).unwrap().options(options).run();
+    let sweep = BuildOptions { method: Method::Sweep, ..BuildOptions::preset(Preset::Draft) };
+    // Draft's 32 bins mean nothing to sweep and came along.
+    assert!(build(sweep.clone()).is_ok());
+    for (options, method) in
+        [(BuildOptions { bins: 31, ..sweep }, "sweep"), (BuildOptions { bins: 31, ..BuildOptions::default() }, "auto")]
+    {
+        let error = build(options).unwrap_err();
+        let BuildError::NotRead { option, value, method: by, readers } = &error else { panic!("{error:?}") };
+        assert_eq!((*option, value.as_str(), *by, readers.as_str()), ("bins", "31", method, "binned, sbvh"));
+    }
+}
+
+#[test]
 fn instances_that_lead_nowhere_are_refused() {
     let place = |mesh, transform| Instance { mesh, transform, node: 0, name: String::new() };
     let scene = |instance| Scene::new(vec![mesh()], vec![instance]);
@@ -135,6 +170,30 @@ fn what_is_built_is_traced_written_and_opened_alike() {
     // Threads do not change a byte.
     let alone = Build::new(&POSITIONS, &TRIANGLES).unwrap().preset(Preset::Best).threads(1).run().unwrap();
     assert_eq!(alone.to_bytes().unwrap(), bytes);
+}
+
+#[test]
+fn rays_and_places_for_hits_are_as_many() {
+    let built = Build::new(&POSITIONS, &TRIANGLES).unwrap().run().unwrap();
+    let bytes = built.to_bytes().unwrap();
+    let cache = Cache::from_bytes(&bytes, &OpenOptions::default()).unwrap();
+    let meets = Ray::new([0.2, 0.2, 5.0], [0.0, 0.0, -1.0]);
+    let misses = Ray::new([9.0, 9.0, 5.0], [0.0, 0.0, -1.0]);
+    let stale = built.closest_hit(&meets).unwrap();
+    for (rays, places) in [(0, 1), (1, 0), (2, 1), (1, 2), (3000, 2999), (2999, 3000)] {
+        let mut hits = vec![stale; places];
+        for answer in
+            [built.closest_hits(&vec![misses; rays], &mut hits), cache.closest_hits(&vec![misses; rays], &mut hits)]
+        {
+            assert_eq!(answer, Err(BatchError::Lengths { rays, hits: places }));
+            assert!(answer.unwrap_err().to_string().contains(&format!("{rays} rays and places for {places} hits")));
+        }
+        assert!(hits.iter().all(|hit| *hit == stale), "nothing is touched");
+    }
+    assert_eq!(cache.closest_hits(&[], &mut []), Ok(()));
+    let mut hits = [None, stale];
+    assert_eq!(cache.closest_hits(&[meets, misses], &mut hits), Ok(()));
+    assert_eq!(hits, [stale, None]);
 }
 
 #[test]

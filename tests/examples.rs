@@ -72,6 +72,45 @@ fn a_box_touches_what_brute_force_says() {
     assert!(text.starts_with(&format!("{} triangles touch the box", expected.len())), "{text}");
 }
 
+/// Trees and their instances: every triangle of every instance is put into the world and held against the box.
+#[test]
+fn a_box_touches_what_brute_force_says_in_two_levels() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("f.bvhc");
+    let built = bvhc::Build::of_model(sample("forest.gltf")).unwrap().run().unwrap();
+    built.write(&file).unwrap();
+    let view = built.view();
+    let bounds = view.tlas_nodes[0].bounds();
+    let [x, y, z] = bounds.center2().map(|c| c / 2.0);
+    let size = bounds.extent()[0] / 5.0;
+    let text = output(example("collision").arg(&file).arg(format!("{x},{y},{z}")).arg(size.to_string()));
+    let half = size / 2.0;
+    let query = bvhc::geom::Aabb { min: [x - half, y - half, z - half], max: [x + half, y + half, z + half] };
+    let (mut expected, mut all) = (std::collections::BTreeSet::new(), 0);
+    for instance in view.instances {
+        let to_world = bvhc::geom::Affine::from_f32(&instance.object_to_world);
+        let triangles = view.blas(instance.blas as usize).unwrap().triangles;
+        all += triangles.len();
+        let corners = |t: &bvhc::cache::TriangleRecord| t.corners().map(|corner| to_world.bake(corner));
+        let inside = |t: &&bvhc::cache::TriangleRecord| {
+            !bvhc::geom::clip::Polygon::inside(&corners(t), &query).corners().is_empty()
+        };
+        expected.extend(triangles.iter().filter(inside).map(|t| (instance.id, t.geom, t.prim)));
+    }
+    let instances = expected.iter().map(|(instance, ..)| instance).collect::<std::collections::BTreeSet<_>>();
+    assert!(instances.len() > 1 && expected.len() < all / 2, "{} of {all} in {instances:?}", expected.len());
+    assert!(text.starts_with(&format!("{} triangles touch the box", expected.len())), "{text}");
+    // What the query misses is not looked at.
+    let looked_at: usize = text.split(" nodes and ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(looked_at < all, "{looked_at} of {all}");
+}
+
+#[test]
+fn the_renderer_has_sixty_lines() {
+    let text = std::fs::read_to_string(sample("../examples/render.rs")).unwrap();
+    assert!(text.lines().count() <= 60 && text.lines().all(|line| line.chars().count() <= 120));
+}
+
 #[test]
 fn a_wrong_call_is_told_and_nothing_is_written() {
     for name in ["own_geometry", "render", "collision"] {

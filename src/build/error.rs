@@ -48,6 +48,14 @@ pub enum BuildError {
         /// A value that is taken; `None` where the value is sound but stands there twice.
         default: Option<String>,
     },
+    /// A preset and options were both given, and each says everything about the trees.
+    #[error(
+        "cannot build by the preset {preset} and by options: each says everything, so one of them would be ignored"
+    )]
+    TwoRecipes {
+        /// Name of the preset.
+        preset: &'static str,
+    },
     /// The value would be ignored.
     #[error("cannot build with {option} {value}: method {method} does not read it; {option} is read by {readers}")]
     NotRead {

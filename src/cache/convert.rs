@@ -90,9 +90,7 @@ fn repack<'a>(
     // What was left out must not have been content: compare before anything is written.
     let kept: Vec<_> = pieces.iter().map(|p| p.entry).collect();
     if keys::content_id(&kept) != cache.header().content_id {
-        let dropped: Vec<String> = dropped.iter().map(ToString::to_string).collect();
-        let detail = format!("section {} is part of its content and may not be copied unread", dropped.join(", "));
-        return Err(Fault::unsupported("W0101", detail).of(name));
+        return Err(CacheError::NotCopied { name: name.to_owned(), sections: dropped });
     }
     let header = Header {
         min_minor: MIN_MINOR,

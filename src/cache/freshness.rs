@@ -10,6 +10,7 @@ use super::keys::{InputHash, Recipe};
 use super::{CacheError, Dependency, Head, Meta, OpenOptions};
 use crate::exec::Executor;
 use crate::layout::SectionKind;
+use crate::scene::asks_for_vertices;
 
 /// What [`freshness`] found.
 #[derive(Debug)]
@@ -184,8 +185,7 @@ fn compare_recipe(meta: &Meta, recipe: &Recipe) -> Result<(), Staleness> {
 /// Sections that may be left out may have been left out by another program, which copied META as it was.
 fn has_what_was_asked(head: &Head, recipe: &Recipe) -> Result<(), Staleness> {
     let has = |kind| head.sections.iter().any(|s| s.kind == kind && s.elem_count > 0);
-    let is_asked = recipe.options.iter().any(|(name, value)| name == "vertices" && value == "true");
-    if is_asked && has(SectionKind::TRIS) && !has(SectionKind::VERT) {
+    if asks_for_vertices(&recipe.options) && has(SectionKind::TRIS) && !has(SectionKind::VERT) {
         return Err(Staleness::Section { kind: SectionKind::VERT });
     }
     Ok(())

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use bytemuck::{Zeroable, cast_slice};
 
-use bvhc_core::cache::parts::{Fault, FaultClass, check_tree_flags, encode_names};
+use bvhc_core::cache::parts::{Fault, check_tree_flags, encode_names};
 
 use super::CacheError;
 use super::check::{Limits, check_image};
@@ -151,15 +151,16 @@ fn seal<'a>(
 
 /// An image that breaks a rule is a fault of the program; one that could not be looked into may be sound.
 fn refusal(fault: Fault, name: &str) -> CacheError {
-    match fault.class {
-        FaultClass::Invalid => CacheError::Unwritable { name: name.to_owned(), detail: fault.to_string() },
-        _ => fault.of(name),
+    let detail = fault.to_string();
+    match fault.of(name) {
+        CacheError::Invalid { name, .. } => CacheError::Unwritable { name, detail },
+        limit => limit,
     }
 }
 
 /// The header's facts; identities and layout follow in [`Sealed::new`].
 fn describe(image: &Image, meta: &Meta) -> Result<Header, String> {
-    check_tree_flags(image.flags).map_err(|fault| fault.detail)?;
+    check_tree_flags(image.flags).map_err(|breach| breach.detail())?;
     let live = |count: u64| count.saturating_sub(1);
     let two_level = image.flags & tree_flags::TWO_LEVEL != 0;
     if !two_level && (image.blases.len() > 1 || !image.instances.is_empty() || !image.tlas_nodes.is_empty()) {

@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use crate::build::{BuildOptions, OptionInfo, Spelling, option};
 use crate::cache::rules::Remedy;
-use crate::scene::{Resemblance, SceneError};
+use crate::scene::{AnimationChoice, Resemblance, SceneError};
 use crate::search::NAMED_RECIPE;
 use crate::verify::DeviceError;
 use std::error::Error;
@@ -29,11 +29,14 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
             Resemblance::Nothing => "export the model once more as OBJ or glTF",
         },
         SceneError::Degenerate { .. } => "leave them out with --degenerate drop",
+        SceneError::NoSuchAnimation { asked: AnimationChoice::Name(name), .. } if cut(name).is_some() => {
+            return cut(name);
+        }
         SceneError::NoSuchAnimation { count: 0, .. } => {
-            "what has no animations stands at rest: leave out --animation and --time"
+            "what has no animations stands at rest: leave out --clip and --time"
         }
         SceneError::NoSuchAnimation { .. } => {
-            "choose one of them by its number, or by its name letter by letter: --animation NUMBER"
+            "choose one of them by its number, or by its name letter by letter: --clip NUMBER"
         }
         SceneError::UnknownFormat { .. } => "convert it to one of these",
         SceneError::UnsupportedExtension { extension, ignorable: true, .. } if extension == "CESIUM_RTC" => {
@@ -52,6 +55,12 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
         _ => return None,
     };
     Some(text.to_string())
+}
+
+/// For who meant by `--clip` how spatial splits cut, which that flag said once.
+pub fn cut(name: &str) -> Option<String> {
+    let row = option("clip")?;
+    row.parse(name).ok().map(|value| format!("what a spatial split cuts is set by {}", typed(row, &value)))
 }
 
 /// For a file that breaks a rule.
@@ -110,7 +119,7 @@ pub fn for_device(error: &DeviceError) -> Option<&'static str> {
         DeviceError::NoDevice { .. } => "install a driver (Debian: apt install pocl-opencl-icd), or pass --device cpu",
         DeviceError::NoSuchDevice { .. } => "bvhc verify --list-devices",
         DeviceError::Unusable { .. } => "bvhc verify --list-devices, then --device with another, or --device cpu",
-        DeviceError::OutOfMemory { .. } => {
+        DeviceError::OutOfMemory { .. } | DeviceError::TooMany { .. } => {
             "pass --device cpu, or build the file with fewer references (bvhc build --method binned)"
         }
         DeviceError::Build { .. } => "update the driver and report this log, or pass --device cpu",

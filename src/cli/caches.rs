@@ -6,9 +6,11 @@ use super::figures;
 use super::names;
 use super::{Context, advice};
 use crate::build::{BuildError, BuildOptions, Levels, Named, Remedy};
-use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, MAGIC, Meta, OpenOptions, Validation};
+use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, MAGIC, Meta, OpenOptions, Validation, rules};
 use crate::compile;
-use crate::scene::{self, Degenerate, Moment, ReadOptions, Scene, SceneError};
+use crate::scene::{self, ReadOptions, Scene, SceneError};
+use crate::size::beyond;
+use clap::Args;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -72,11 +74,12 @@ pub fn failure(error: &CacheError) -> Failure {
             if source.kind() == std::io::ErrorKind::NotFound { failure.help(MAKE_ONE) } else { failure }
         }
         // Building "again" would write over what is most likely the model.
-        CacheError::Invalid { rule: "E0102", .. } => failure.help(MAKE_ONE),
-        CacheError::Invalid { rule, .. } => {
+        CacheError::Invalid { breach, .. } if breach.rule == &rules::E0102 => failure.help(MAKE_ONE),
+        CacheError::Invalid { breach, .. } => {
+            let rule = breach.rule.id;
             failure.help(format!("bvhc explain {rule} · build it again: bvhc build MODEL -o FILE --force"))
         }
-        CacheError::Unsupported { .. } => {
+        CacheError::Unsupported { .. } | CacheError::NotCopied { .. } => {
             failure.help("use the bvhc that wrote it or a newer one, or rebuild with: bvhc build MODEL -o FILE --force")
         }
         CacheError::Limit { limit: Limited::Memory { .. }, .. } => {
@@ -129,30 +132,30 @@ pub fn is_no_pipe(path: &Path) -> Result<(), Failure> {
         .help("name a file with -o"))
 }
 
+/// What a command that compares files with `--source` may change of how the files say that it is read.
+#[derive(Clone, Debug, Args)]
+pub struct SourceReading {
+    /// Let the model name buffers outside its own folder
+    #[arg(long, requires = "source")]
+    allow_outside: bool,
+    /// Read the model as if this glTF extension were not in it; may be given again
+    #[arg(long = "ignore-extension", value_name = "NAME", value_parser = extension_name, requires = "source")]
+    ignore_extensions: Vec<String>,
+}
+
 /// The options in META that decide what of a model a file holds; defaults where it does not say.
 pub fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
-    let value =
-        |name: &str| meta.and_then(|m| m.options.iter().find(|(n, _)| n == name)).map(|(_, value)| value.as_str());
-    let degenerate = value("degenerate").and_then(|v| Degenerate::parse(v).ok()).unwrap_or_default();
-    let scene = value("scene").and_then(|v| v.parse().ok());
-    let levels = value("levels").and_then(|v| Levels::parse(v).ok()).unwrap_or(Levels::Auto);
-    let ignored = value("ignore_extensions").into_iter().flat_map(|names| names.split(','));
-    let ignore_extensions = ignored.map(str::to_owned).collect();
-    let vertices = value("vertices") == Some("true");
-    let moment = Moment::recorded(value);
-    let read = ReadOptions { degenerate, scene, moment, ignore_extensions, vertices, ..ReadOptions::default() };
-    (read, BuildOptions { levels, ..BuildOptions::default() })
+    let options = meta.map(|meta| &meta.options[..]).unwrap_or_default();
+    let levels = options.iter().find(|(name, _)| name == "levels").and_then(|(_, value)| Levels::parse(value).ok());
+    let build = BuildOptions { levels: levels.unwrap_or(Levels::Auto), ..BuildOptions::default() };
+    (ReadOptions::recorded(options), build)
 }
 
 /// How a file's model is to be read, and laid out, to compare the two: as the file says, and as the flags of this run add.
-pub fn recorded_with(
-    meta: Option<&Meta>,
-    allow_outside: bool,
-    ignore_extensions: &[String],
-    context: &Context,
-) -> (ReadOptions, BuildOptions) {
+pub fn recorded_with(meta: Option<&Meta>, reading: &SourceReading, context: &Context) -> (ReadOptions, BuildOptions) {
     let (mut read, build) = recorded(meta);
-    read.ignore_extensions.extend_from_slice(ignore_extensions);
+    read.ignore_extensions.extend_from_slice(&reading.ignore_extensions);
+    let allow_outside = reading.allow_outside;
     (ReadOptions { allow_outside, max_memory: context.global.max_memory, ..read }, build)
 }
 
@@ -191,15 +194,13 @@ pub fn fits(model: &Path, scene: &Scene, options: &BuildOptions, context: &Conte
     if needed <= limit {
         return Ok(());
     }
+    let triangles = figures::count(compile::primitives_to_build(scene, options));
+    let [needed, limit] = beyond(needed, limit);
     Err(Failure::new(Exit::Limit, format!("cannot lay out {}", names::path(model)))
-        .fact(format!(
-            "{} triangles need {}",
-            figures::count(compile::primitives_to_build(scene, options)),
-            figures::memory(needed)
-        ))
-        .fact(format!("the limit is {}", figures::memory(limit)))
+        .fact(format!("{triangles} triangles need {needed}"))
+        .fact(format!("the limit is {limit}"))
         .help(
-            "raise it with --max-memory, keep instances apart with --levels two, or lower --split-budget or --presplit",
+            "raise it with --max-memory, keep instances apart with --levels two, or lower --split-budget or -O presplit",
         ))
 }
 
@@ -239,21 +240,23 @@ pub fn build_failure(error: &BuildError) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cache::check::{Finding, Place};
 
     #[test]
     fn what_helps_is_said_for_every_class_of_cache_error() {
-        let (name, rule, detail) = ("a.bvhc".to_string(), "E0103", "it has format version 2.0".to_string());
+        let (name, detail) = ("a.bvhc".to_string(), "the vertices of tree 3".to_string());
         let io = |kind| CacheError::Io { action: "open", path: "a.bvhc".into(), source: std::io::Error::from(kind) };
         let told = |error: CacheError| failure(&error).to_text(str::to_string);
 
-        let invalid = |rule| CacheError::Invalid { name: name.clone(), rule, detail: detail.clone() };
-        let (no_cache, damaged) = (told(invalid("E0102")), told(invalid("E0201")));
+        let breach = |rule| Box::new(Finding::new(rule, Place::file(), "1".into(), "2.0".into()));
+        let invalid = |rule| CacheError::Invalid { name: name.clone(), breach: breach(rule) };
+        let (no_cache, damaged) = (told(invalid(&rules::E0102)), told(invalid(&rules::E0201)));
         assert!(no_cache.ends_with(MAKE_ONE) && !no_cache.contains("--force"), "{no_cache}");
         assert!(
             damaged.contains("bvhc explain E0201") && damaged.contains("bvhc build MODEL -o FILE --force"),
             "{damaged}"
         );
-        let newer = told(CacheError::Unsupported { name: name.clone(), rule, detail: detail.clone() });
+        let newer = told(CacheError::Unsupported { name: name.clone(), breach: breach(&rules::E0103) });
         assert!(newer.contains("version 2.0 (E0103)") && newer.contains("bvhc build MODEL -o FILE --force"), "{newer}");
         let large = told(CacheError::Limit { name: name.clone(), limit: Limited::Memory { needed: 9, limit: 8 } });
         assert!(large.contains("--max-memory"), "{large}");

@@ -1,4 +1,4 @@
-//! Numbers for people: grouped counts, decimal sizes, durations, percentages; and sizes as people write them.
+//! Numbers for people: grouped counts, durations, percentages; and sizes as people write them. How they read sizes, [`size`](crate::size) says.
 
 use std::time::Duration;
 
@@ -18,31 +18,6 @@ pub fn count(n: impl Into<u64>) -> String {
 /// `1 ray`, `69,451 rays`.
 pub fn counted(n: u64, one: &str, many: &str) -> String {
     format!("{} {}", count(n), if n == 1 { one } else { many })
-}
-
-/// Decimal units, three significant digits or so: `812 B`, `3.3 MB`.
-pub fn bytes(n: u64) -> String {
-    let units = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
-    let mut value = n as f64;
-    let mut unit = 0;
-    while value >= 999.5 && unit + 1 < units.len() {
-        value /= 1000.0;
-        unit += 1;
-    }
-    if unit == 0 || value >= 99.95 {
-        format!("{value:.0} {}", units[unit])
-    } else {
-        format!("{value:.1} {}", units[unit])
-    }
-}
-
-/// Memory in the units that `--max-memory` is typed in: `640 bytes`, `12.5 MiB`.
-pub fn memory(n: u64) -> String {
-    let units = [("TiB", 40), ("GiB", 30), ("MiB", 20), ("KiB", 10)];
-    match units.iter().find(|(_, shift)| n >> shift != 0) {
-        Some((unit, shift)) => format!("{:.1} {unit}", n as f64 / (1u64 << shift) as f64),
-        None => counted(n, "byte", "bytes"),
-    }
 }
 
 /// `0.41 s`, `12.3 s`; below 10 ms in milliseconds.
@@ -114,23 +89,6 @@ mod tests {
         assert_eq!(count(999u32), "999");
         assert_eq!(count(69_451u32), "69,451");
         assert_eq!(count(u64::MAX), "18,446,744,073,709,551,615");
-    }
-
-    #[test]
-    fn sizes_keep_about_three_digits() {
-        assert_eq!(bytes(812), "812 B");
-        assert_eq!(bytes(3_300_000), "3.3 MB");
-        assert_eq!(bytes(999_700), "1.0 MB");
-        assert_eq!(bytes(421_000_000), "421 MB");
-    }
-
-    #[test]
-    fn memory_is_told_as_its_limit_is_typed() {
-        for (n, text) in
-            [(1, "1 byte"), (640, "640 bytes"), (1 << 10, "1.0 KiB"), (8 << 30, "8.0 GiB"), (5 << 39, "2.5 TiB")]
-        {
-            assert_eq!(memory(n), text);
-        }
     }
 
     #[test]

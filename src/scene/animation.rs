@@ -65,31 +65,6 @@ pub struct Posed {
     pub time: Seconds,
 }
 
-impl Moment {
-    /// The choice by name, as a file records it and a build key holds it.
-    pub(super) fn effective(&self) -> Vec<(String, String)> {
-        let time = self.time.map_or_else(|| FIRST.to_owned(), |t| t.to_string());
-        let animation = match &self.animation {
-            AnimationChoice::Only => None,
-            AnimationChoice::Number(number) => Some(("animation_number".to_owned(), number.to_string())),
-            AnimationChoice::Name(name) => Some(("animation".to_owned(), name.clone())),
-        };
-        animation.into_iter().chain([("time".to_owned(), time)]).collect()
-    }
-
-    /// What [`Moment::effective`] recorded, by the value of each option; `None` where it recorded none.
-    #[cfg(any(feature = "cli", test))]
-    pub(crate) fn recorded<'v>(value: impl Fn(&str) -> Option<&'v str>) -> Option<Moment> {
-        let time = value("time")?.parse().ok();
-        let by_number = value("animation_number").and_then(|n| n.parse().ok()).map(AnimationChoice::Number);
-        let by_name = value("animation").map(|name| AnimationChoice::Name(name.to_owned()));
-        Some(Moment { animation: by_number.or(by_name).unwrap_or_default(), time })
-    }
-}
-
-/// Stands in the place of a time for the first key.
-const FIRST: &str = "first";
-
 impl Seconds {
     /// `None` for NaN and infinities.
     pub fn new(seconds: f64) -> Option<Seconds> {
@@ -150,25 +125,6 @@ impl fmt::Display for KeyTimes {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn what_is_recorded_is_read_back() {
-        let animations = [
-            AnimationChoice::Only,
-            AnimationChoice::Number(3),
-            AnimationChoice::Name("3".into()),
-            AnimationChoice::Name("a,b=c".into()),
-        ];
-        for animation in animations {
-            for time in [None, Seconds::new(0.1), Seconds::new(-1e-9), Seconds::new(1e300)] {
-                let moment = Moment { animation: animation.clone(), time };
-                let options = moment.effective();
-                let value = |name: &str| options.iter().find(|(n, _)| n == name).map(|(_, value)| value.as_str());
-                assert_eq!(Moment::recorded(value), Some(moment), "{options:?}");
-            }
-        }
-        assert_eq!(Moment::recorded(|_| None), None);
-    }
 
     #[test]
     fn a_time_is_a_finite_number() {

@@ -1,5 +1,6 @@
 use super::animation::{Animation, AnimationChoice};
 use super::resemblance::Resemblance;
+use crate::size::beyond;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -139,7 +140,7 @@ pub enum SceneError {
         animations: Vec<Animation>,
     },
     /// [`ReadOptions::max_memory`](super::ReadOptions::max_memory) is too small.
-    #[error("cannot read {}\n  {what} needs {} in all; the limit is {}", path.display(), Bytes(*need), Bytes(*limit))]
+    #[error("cannot read {}\n  {what} needs {} in all; the limit is {}", path.display(), beyond(*need, *limit)[0], beyond(*need, *limit)[1])]
     Memory {
         /// The model.
         path: PathBuf,
@@ -244,20 +245,6 @@ impl fmt::Display for AnimationsToChoose<'_> {
         match count.saturating_sub(animations.len() as u64) {
             0 => Ok(()),
             more => write!(f, "\n  and {more} more"),
-        }
-    }
-}
-
-/// A byte count as people read it: `640 bytes`, `12.5 MiB`.
-struct Bytes(u64);
-
-impl fmt::Display for Bytes {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let units = [("GiB", 30), ("MiB", 20), ("KiB", 10)];
-        match units.iter().find(|(_, shift)| self.0 >> shift != 0) {
-            Some((unit, shift)) => write!(f, "{:.1} {unit}", self.0 as f64 / (1u64 << shift) as f64),
-            None if self.0 == 1 => write!(f, "1 byte"),
-            None => write!(f, "{} bytes", self.0),
         }
     }
 }

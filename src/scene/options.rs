@@ -1,5 +1,4 @@
 use super::animation::Moment;
-use std::collections::BTreeSet;
 use std::path::Path;
 
 /// What happens to triangles without area. Triangles with NaN or infinite positions have no box and cannot stay: they are
@@ -27,8 +26,8 @@ impl Degenerate {
     }
 }
 
-/// How a model file is read. `degenerate`, `scene`, `moment`, `ignore_extensions` and `vertices` change the result and belong in a build key; the other
-/// two only decide whether there is one.
+/// How a model file is read. [`ReadOptions::effective`] has those that change the result and belong in a build key; the others only decide
+/// whether there is one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadOptions {
     /// What becomes of triangles without area.
@@ -51,22 +50,6 @@ pub struct ReadOptions {
 impl ReadOptions {
     /// [`ReadOptions::max_memory`] unless another is given: 8 GiB.
     pub const DEFAULT_MAX_MEMORY: u64 = 8 << 30;
-
-    /// The options that decide what is read, by name, as a file records them and a build key holds them.
-    pub fn effective(&self) -> Vec<(String, String)> {
-        let scene = self.scene.map_or_else(|| "default".to_string(), |n| n.to_string());
-        let mut options = vec![("degenerate".into(), self.degenerate.name().to_string()), ("scene".into(), scene)];
-        options.extend(self.moment.iter().flat_map(Moment::effective));
-        // In one order, each once, however they were given.
-        let ignored: BTreeSet<&str> = self.ignore_extensions.iter().map(String::as_str).collect();
-        if !ignored.is_empty() {
-            options.push(("ignore_extensions".into(), ignored.into_iter().collect::<Vec<_>>().join(",")));
-        }
-        if self.vertices {
-            options.push(("vertices".into(), "true".into()));
-        }
-        options
-    }
 
     /// Whether a glTF extension is to be read as if it were not in the file.
     pub(crate) fn ignores(&self, extension: &str) -> bool {

@@ -39,7 +39,7 @@ pub mod probe;
 pub mod rays;
 
 pub use bvhc_core::trace::{
-    Counters, FARTHEST, Hit, Malformed, NoObserver, Observer, Step, Visit, any_hit, closest_hit, try_any_hit,
-    try_closest_hit,
+    BatchError, Counters, FARTHEST, Hit, Malformed, NoObserver, Observer, SceneVisit, Step, Visit, any_hit,
+    closest_hit, try_any_hit, try_closest_hit,
 };
 pub(crate) use lent::Lent;

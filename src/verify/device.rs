@@ -1,5 +1,6 @@
 use super::record::HitRecord;
 use crate::geom::Ray;
+use crate::size::beyond;
 use crate::trace::Malformed;
 
 /// What is asked about each ray.
@@ -86,7 +87,8 @@ pub enum DeviceError {
     },
     /// What tracing needs does not fit into the device.
     #[error(
-        "Cannot use {device}: its memory is too small for {what}.\nNeeded are {needed} bytes, available {available}."
+        "Cannot use {device}: its memory is too small for {what}.\nNeeded are {}, available {}.",
+        beyond(*needed, *available)[0], beyond(*needed, *available)[1]
     )]
     OutOfMemory {
         /// The device's name.
@@ -97,6 +99,18 @@ pub enum DeviceError {
         needed: u64,
         /// Bytes.
         available: u64,
+    },
+    /// There are more records than the kernels have numbers for.
+    #[error("Cannot use {device}: its kernels number {most} {what} records at most.\nThe file has {count}.")]
+    TooMany {
+        /// The device's name.
+        device: String,
+        /// Name of the section.
+        what: String,
+        /// Records of the file.
+        count: u64,
+        /// Records that can be numbered.
+        most: u64,
     },
     /// The driver refuses the kernels.
     #[error("Cannot compile the kernels for {device}: {status}.\n{log}")]

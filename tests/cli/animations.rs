@@ -4,7 +4,7 @@ use crate::{Place, gltf, strip};
 
 /// A triangle that two animations move: `Rise` along z by 1 in the second from 1 s to 2 s, and `Fall`, which has one key. The animations' names may be
 /// given.
-fn model(place: &Place, name: &str, animations: &[&str]) {
+pub fn model(place: &Place, name: &str, animations: &[&str]) {
     let (json, mut bin) = gltf("tri");
     let first = bin.len();
     let floats = [1.0f32, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
@@ -46,7 +46,7 @@ fn height(place: &Place, file: &str) -> f64 {
 fn a_model_is_posed_at_a_moment_and_the_file_knows_which() {
     let place = Place::new();
     model(&place, "two", &["Rise", "Fall"]);
-    let built = place.ok("build two.gltf -o a.bvhc --animation Rise --time 1.75 -v");
+    let built = place.ok("build two.gltf -o a.bvhc --clip Rise --time 1.75 -v");
     assert!(
         built.err.contains("two.gltf: animation 0 'Rise' at 1.75 s (2 keys from 1 to 2 s, 1 a second)"),
         "{}",
@@ -54,12 +54,12 @@ fn a_model_is_posed_at_a_moment_and_the_file_knows_which() {
     );
     assert!(!built.err.contains("warning"), "{}", built.err);
     assert_eq!(height(&place, "a.bvhc"), 0.75);
-    assert!(place.ok("build two.gltf -o a.bvhc --animation Rise --time 1.75").out.contains("up to date"));
+    assert!(place.ok("build two.gltf -o a.bvhc --clip Rise --time 1.75").out.contains("up to date"));
     for (again, why) in [
-        ("--animation Rise --time 1.5", "time 1.75 → 1.5"),
-        ("--animation Rise", "time 1.75 → first"),
-        ("--animation Fall --time 1.75", "animation Rise → Fall"),
-        ("--animation 0 --time 1.75", "animation_number unset → 0"),
+        ("--clip Rise --time 1.5", "time 1.75 → 1.5"),
+        ("--clip Rise", "time 1.75 → first"),
+        ("--clip Fall --time 1.75", "animation Rise → Fall"),
+        ("--clip 0 --time 1.75", "animation_number unset → 0"),
         ("", "animation Rise → unset"),
     ] {
         let said = place.ok(&format!("build two.gltf -o a.bvhc -n {again}"));
@@ -81,18 +81,16 @@ fn a_model_is_posed_at_a_moment_and_the_file_knows_which() {
 fn without_a_time_it_is_the_first_key_and_without_an_animation_the_only_one() {
     let place = Place::new();
     model(&place, "one", &["Rise"]);
-    for (args, z) in
-        [("--time 1.5", 0.5), ("--animation 0", 0.0), ("--animation Rise --time 2", 1.0), ("--time -3", 0.0)]
-    {
+    for (args, z) in [("--time 1.5", 0.5), ("--clip 0", 0.0), ("--clip Rise --time 2", 1.0), ("--time -3", 0.0)] {
         place.ok(&format!("build one.gltf -o a.bvhc {args}"));
         assert_eq!(height(&place, "a.bvhc"), z, "{args}");
         place.ok("check a.bvhc --source one.gltf");
     }
     // A name that begins with digits is a name.
     model(&place, "digits", &["0 up", "7"]);
-    let posed = place.run("build digits.gltf -o a.bvhc --animation 7");
+    let posed = place.run("build digits.gltf -o a.bvhc --clip 7");
     assert!(posed.code == 4 && posed.err.contains("animation 1 '7'"), "{}", posed.err);
-    place.ok("build digits.gltf -o a.bvhc --animation 1");
+    place.ok("build digits.gltf -o a.bvhc --clip 1");
 }
 
 #[test]
@@ -120,17 +118,23 @@ fn what_cannot_be_posed_is_refused_with_the_animations_that_there_are() {
     for (args, code, says) in [
         ("two.gltf --time 1.5", 4, "it has 2 animations, and which is meant is not said"),
         ("two.gltf --time 1.5", 4, "animation 1 'Fall': 1 key at 1 s"),
-        ("two.gltf --animation Walk", 4, "it has no animation named 'Walk'"),
-        ("two.gltf --animation 2", 4, "animation 0 'Rise': 2 keys from 1 to 2 s, 1 a second"),
-        ("two.gltf --animation 2", 4, "letter by letter: --animation NUMBER"),
-        ("same.gltf --animation Rise", 4, "2 animations named 'Rise'"),
+        ("two.gltf --clip Walk", 4, "it has no animation named 'Walk'"),
+        ("two.gltf --clip 2", 4, "animation 0 'Rise': 2 keys from 1 to 2 s, 1 a second"),
+        ("two.gltf --clip 2", 4, "letter by letter: --clip NUMBER"),
+        ("same.gltf --clip Rise", 4, "2 animations named 'Rise'"),
         ("tri.gltf --time 0", 4, "it has no animations"),
-        ("tri.gltf --animation 0", 4, "leave out --animation and --time"),
-        ("two.gltf --animation Rise --time nan", 2, "finite"),
-        ("two.gltf --animation Rise --time inf", 2, "finite"),
-        ("two.gltf --animation Rise --time soon", 2, "such as 0.5"),
-        ("two.gltf --animation 99999999999 --time 0", 2, "so many animations"),
-        ("a.obj --animation Rise", 2, "it is an OBJ model, which has no animations"),
+        ("tri.gltf --clip 0", 4, "leave out --clip and --time"),
+        ("two.gltf --animation Rise", 2, "write --clip NAME|NUMBER"),
+        // How spatial splits cut was chosen by this flag once.
+        ("two.gltf --clip box", 4, "-O clip=box"),
+        ("tri.gltf --clip exact", 4, "-O clip=exact"),
+        ("a.obj --clip box", 2, "-O clip=box"),
+        ("a.obj --presplit 0.3", 2, "write -O presplit=SHARE"),
+        ("two.gltf --clip Rise --time nan", 2, "finite"),
+        ("two.gltf --clip Rise --time inf", 2, "finite"),
+        ("two.gltf --clip Rise --time soon", 2, "such as 0.5"),
+        ("two.gltf --clip 99999999999 --time 0", 2, "so many animations"),
+        ("a.obj --clip Rise", 2, "it is an OBJ model, which has no animations"),
         ("a.obj --time 0", 2, "leave out --time"),
     ] {
         let said = place.run(&format!("build {args} -o x.bvhc"));
@@ -139,7 +143,7 @@ fn what_cannot_be_posed_is_refused_with_the_animations_that_there_are() {
     }
     assert!(!place.names().contains(&"x.bvhc".to_string()));
     // A file of a pose is compared with no model that has none.
-    place.ok("build two.gltf -o a.bvhc --animation Rise --time 1.5");
+    place.ok("build two.gltf -o a.bvhc --clip Rise --time 1.5");
     let other = place.run("verify a.bvhc --source a.obj --device cpu --rays 1000");
     assert!(other.code == 4 && other.err.contains("it has no animations"), "{}", other.err);
 }

@@ -30,7 +30,7 @@ fn the_line_names_counts_size_and_time() {
     place.write("a.obj", strip(500));
     let said = place.ok("build a.obj -o a.bvhc --method binned");
     assert!(said.out.starts_with("a.bvhc  1,000 tris → 1,000 refs (+0.0%), "), "{}", said.out);
-    for word in [" nodes, depth ", ", SAH ", " kB, "] {
+    for word in [" nodes, depth ", ", SAH ", " KiB, "] {
         assert!(said.out.contains(word), "{word} in {}", said.out);
     }
     assert_eq!(said.out.lines().count(), 1);
@@ -312,7 +312,7 @@ fn every_tree_option_is_accepted_and_reaches_the_file() {
     place.write("a.obj", strip(50));
     place.ok(
         "build a.obj -o a.bvhc --preset balanced --builder sbvh --axes longest --bins 8 -O spatial-bins=9 -O max-leaf=3 -O sah-trav=2 \
-         -O sah-isect=1.5 --clip box --split-alpha 0.25 --split-budget 1.125 -O unsplit=false --reinsert 5 --adapt 77 -O collapse=true --levels two --allow-outside",
+         -O sah-isect=1.5 -O clip=box --split-alpha 0.25 --split-budget 1.125 -O unsplit=false --reinsert 5 --adapt 77 -O collapse=true --levels two --allow-outside",
     );
     let options = place.ok("info a.bvhc --field meta.options").out;
     for (name, value) in [
@@ -334,7 +334,7 @@ fn every_tree_option_is_accepted_and_reaches_the_file() {
     ] {
         assert!(options.contains(&format!(r#"{{"name":"{name}","value":"{value}"}}"#)), "{name} in {options}");
     }
-    place.ok("build a.obj -o a.bvhc --preset draft --method agglomerative -O radius=5 --presplit 0.25");
+    place.ok("build a.obj -o a.bvhc --preset draft --method agglomerative -O radius=5 -O presplit=0.25");
     let options = place.ok("info a.bvhc --field meta.options").out;
     for (name, value) in [("radius", "5"), ("presplit", "0.25"), ("max-leaf", "8")] {
         assert!(options.contains(&format!(r#"{{"name":"{name}","value":"{value}"}}"#)), "{name} in {options}");
@@ -356,15 +356,15 @@ fn an_option_that_is_not_read_is_refused() {
     };
     let cutters = &*readers("presplit");
     for (args, readers) in [
-        ("--presplit 0.3", cutters),
-        ("--preset best --presplit 0.3", cutters),
+        ("-O presplit=0.3", cutters),
+        ("--preset best -O presplit=0.3", cutters),
         ("-O prune=1", "bonsai"),
         ("-O radius=3", "agglomerative"),
         ("--method binned --spatial-bins 8", "sbvh"),
         ("--preset draft -O spatial-bins=8", "sbvh"),
         ("--method auto --bins 64", "binned, sbvh"),
         ("--method best --reinsert 8", &readers("reinsert")),
-        ("--preset balanced --presplit 0.3", cutters),
+        ("--preset balanced -O presplit=0.3", cutters),
     ] {
         let said = place.run(&format!("build a.obj -o a.bvhc {args}"));
         assert_eq!(said.code, 2, "{args}: {}{}", said.out, said.err);

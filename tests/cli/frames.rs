@@ -3,7 +3,7 @@
 use crate::{Place, strip};
 
 /// Frames 1, 2 and 4 of a strip that grows: 2, 4 and 8 triangles.
-fn heli() -> Place {
+pub fn heli() -> Place {
     let place = Place::new();
     for frame in [1, 2, 4] {
         place.write(&format!("in/heli.{frame:04}.obj"), strip(frame));

@@ -2,13 +2,15 @@
 //!
 //! `INSTA_UPDATE=always cargo test --test cli snapshots` writes them anew.
 
-use crate::{Place, gltf, program, strip};
+use crate::animations::model;
+use crate::frames::heli;
+use crate::{Place, Said, gltf, program, repository, said, strip};
 
 /// The terminal after these commands, each run in `place`: what they print to stdout and stderr, and how they end.
 fn transcript(place: &Place, commands: &[&str]) -> String {
     let mut text = String::new();
     for command in commands {
-        let said = place.run(command);
+        let said = run(place, command);
         text.push_str(&format!("$ bvhc {command}\n"));
         text.push_str(&said.out);
         for line in said.err.lines() {
@@ -20,6 +22,13 @@ fn transcript(place: &Place, commands: &[&str]) -> String {
     text.replace(&folder, "FOLDER").replace(&program().display().to_string(), "bvhc")
 }
 
+/// Run without the machine's OpenCL devices, which are in no snapshot.
+fn run(place: &Place, command: &str) -> Said {
+    let mut run = place.command();
+    run.env("OCL_ICD_VENDORS", "/nonexistent").env("OCL_ICD_FILENAMES", "");
+    said(run.args(command.split_whitespace()).output().unwrap())
+}
+
 /// Compare with the snapshot, but for what depends on the clock or the machine.
 fn keep(name: &str, place: &Place, commands: &[&str]) {
     let mut settings = insta::Settings::clone_current();
@@ -28,8 +37,10 @@ fn keep(name: &str, place: &Place, commands: &[&str]) {
     for (pattern, shown) in [
         (r"\b\d+(\.\d+)? (ms|s)\b", "# s"),
         (r" +\d+\.\d+ M rays/s", "  # M rays/s"),
-        (r#""(\w*(?:_ms|seconds|peak_memory|device_memory))": [0-9.e-]+"#, r#""$1": #"#),
-        (r"peak memory [0-9.]+ (kB|MB) \(\d+ bytes per triangle\)", "peak memory #"),
+        // The rays in the table of `--accuracy`, before the two columns of counts.
+        (r"(?m) +\d+\.\d+( +\d+\.\d +\d+\.\d)$", "        #$1"),
+        (r#""(\w*(?:_ms|seconds|per_second|peak_memory|device_memory))": [0-9.e-]+"#, r#""$1": #"#),
+        (r"peak memory [0-9.]+ (KiB|MiB) \(\d+ bytes per triangle\)", "peak memory #"),
         (r"\b\d+ threads?\b", "# threads"),
         (&regex_of(env!("CARGO_PKG_VERSION")), "bvhc VERSION"),
     ] {
@@ -117,6 +128,66 @@ fn snapshots_of_verdicts() {
         "verify bad.bvhc --device cpu --rays 2k",
     ];
     keep("verify", &place, &commands);
+}
+
+#[test]
+fn snapshots_of_frames() {
+    let place = heli();
+    let commands = [
+        "build in/heli.%04d.obj -o out/",
+        "build in/heli.%04d.obj -o out/ --missing hold -n",
+        "build in/heli.%04d.obj -o f%02d.bvhc --missing skip",
+        "build in/heli.####.obj -o f%02d.bvhc --missing skip -v",
+        "build in/heli.%04d.obj -o out/ --frames 1-2 --json",
+        "build in/heli.%03d.obj -o out/",
+        "build in/heli.%04d.obj -o out/ --frames 4-1",
+    ];
+    keep("frames", &place, &commands);
+}
+
+#[test]
+fn snapshots_of_animations() {
+    let place = Place::new();
+    model(&place, "fox", &["Rise", "Fall"]);
+    place.write("roof.obj", strip(3));
+    let commands = [
+        "build fox.gltf -o fox.bvhc",
+        "build fox.gltf -o fox.bvhc --clip Rise --time 1.75 -v",
+        "build fox.gltf -o fox.bvhc --clip Rise --time 9",
+        "build fox.gltf -o fox.bvhc --clip Fall -n",
+        "info fox.bvhc",
+        "check fox.bvhc --source fox.gltf",
+        "build fox.gltf -o fox.bvhc --time 1",
+        "build fox.gltf -o fox.bvhc --clip Walk",
+        "build fox.gltf -o fox.bvhc --clip box",
+        "build fox.gltf -o fox.bvhc --animation Rise",
+        "build roof.obj -o roof.bvhc --clip Rise",
+        "build roof.obj -o roof.bvhc --presplit 0.3",
+    ];
+    keep("animations", &place, &commands);
+}
+
+#[test]
+fn snapshots_of_accuracy() {
+    let place = Place::new();
+    std::fs::copy(repository().join("samples/pillar.obj"), place.path("pillar.obj")).unwrap();
+    place.ok("build pillar.obj -o pillar.bvhc --preset draft");
+    let commands = [
+        "verify pillar.bvhc --accuracy --rays 1k --source pillar.obj",
+        "verify pillar.bvhc --accuracy --rays 1k --json",
+        "verify pillar.bvhc --accuracy --any-hit",
+    ];
+    keep("accuracy", &place, &commands);
+}
+
+#[test]
+fn snapshots_of_devices() {
+    let place = Place::new();
+    if !run(&place, "verify --list-devices").err.contains("The OpenCL library was loaded") {
+        println!("skipped: there is no OpenCL library");
+        return;
+    }
+    keep("devices", &place, &["verify --list-devices", "verify --list-devices --json"]);
 }
 
 #[test]

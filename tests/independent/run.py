@@ -118,7 +118,7 @@ def main():
         flags, moment = ["--empty", "keep"] + arguments.flag, None
         if arguments.moment:
             moment = int(arguments.moment[0]), float(arguments.moment[1])
-            flags += ["--animation", arguments.moment[0], "--time", arguments.moment[1]]
+            flags += ["--clip", arguments.moment[0], "--time", arguments.moment[1]]
         jobs = [(path, arguments.tool, scratch, flags, moment) for path in find(arguments.paths)]
         # The largest models go first, so that no process is left alone with them at the end.
         jobs.sort(key=lambda job: -os.path.getsize(job[0]))

@@ -28,7 +28,7 @@
 //!
 //! # Rooms
 //!
-//! Each imports only from those before it: [`exec`] and [`random`], [`simd`], [`geom`], [`layout`], [`quality`], [`cache`], [`trace`].
+//! Each imports only from those before it: [`exec`], [`random`] and [`size`], [`simd`], [`geom`], [`layout`], [`quality`], [`cache`], [`trace`].
 
 #![warn(missing_docs)]
 
@@ -40,6 +40,7 @@ mod pod;
 pub mod quality;
 pub mod random;
 pub mod simd;
+pub mod size;
 pub mod trace;
 
 pub use cache::Cache;

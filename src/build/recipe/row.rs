@@ -68,7 +68,7 @@ pub(crate) enum InKey {
 pub enum Spelling {
     /// `--name value`, and `-O name=value` as well.
     Flag,
-    /// `-O name=value` alone: no preset, search or lesson turns it.
+    /// `-O name=value` alone: no preset, search or lesson turns it, and the file is of the same kind whatever it is.
     Setting,
 }
 
@@ -142,6 +142,16 @@ impl OptionInfo {
     pub(super) fn refusal(&self, value: String) -> BuildError {
         let (option, rule) = (self.name, self.kind.rule());
         BuildError::Option { option, value, rule, default: Some(self.default_in(Preset::Auto).to_string()) }
+    }
+
+    /// What is said of a value that the method would ignore.
+    pub(super) fn not_read(&self, value: &str, method: Method) -> BuildError {
+        BuildError::NotRead {
+            option: self.name,
+            value: value.to_string(),
+            method: method.info().name,
+            readers: self.reader_names().join(", "),
+        }
     }
 
     /// Whether the build key names this option of these options, which the method must read.

@@ -1,7 +1,8 @@
-//! Options as a user types them, put on top of a preset.
+//! Options as a user gives them, and none ignored in silence: typed on top of a preset, or as the fields of [`BuildOptions`].
 
 use super::names::unknown;
 use super::options::{BuildOptions, Method, Preset};
+use super::registry::PRESETS;
 use super::row::OptionInfo;
 use super::table::{OPTIONS, option};
 use crate::build::error::BuildError;
@@ -59,7 +60,7 @@ impl BuildOptions {
             // No method was named, so one may be chosen; if it ignores something too, what was asked for is to blame.
             let may_choose = method.is_none() && named.is_search();
             if let Some(ignored) = if may_choose { ignored_by(Method::Sbvh) } else { Some(ignored) } {
-                return Err(not_read(ignored, named));
+                return Err(ignored.option.not_read(&ignored.value, named));
             }
             options.method = Method::Sbvh;
         }
@@ -77,13 +78,21 @@ impl BuildOptions {
         }
         Ok(options)
     }
-}
 
-fn not_read(setting: &Setting, method: Method) -> BuildError {
-    BuildError::NotRead {
-        option: setting.option.name,
-        value: setting.value.clone(),
-        method: method.info().name,
-        readers: setting.option.reader_names().join(", "),
+    /// Refuse a value that the method does not read, so that none is ignored in silence.
+    ///
+    /// A field has some value always. One that a preset has may have come with the others of that preset and passes; any other was put there
+    /// to do something.
+    ///
+    /// # Errors
+    /// [`BuildError::NotRead`] with the first such option.
+    pub fn refuse_unread(&self) -> Result<(), BuildError> {
+        for row in OPTIONS.iter().filter(|row| !row.is_read_by(self.method)) {
+            let value = row.value(self);
+            if PRESETS.iter().all(|known| row.default_in(known.preset) != value) {
+                return Err(row.not_read(&value, self.method));
+            }
+        }
+        Ok(())
     }
 }

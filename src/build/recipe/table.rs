@@ -8,7 +8,7 @@ use super::options::{Axes, Clip, Levels, Method, Preset};
 use super::row::{InKey, Kind, OptionInfo, Readers, Spelling};
 use super::value::{OptionValue, names_of};
 
-/// Most rays in a set that a tree can be adapted to: 200 MB of them.
+/// Most rays in a set that a tree can be adapted to: some 200 MiB of them.
 pub const MAX_ADAPT: u32 = 1 << 20;
 /// Most neighbours to either side of a cluster among which its best match is looked for: their places are numbered in six bits.
 pub(in crate::build) const MAX_RADIUS: u32 = 31;
@@ -151,7 +151,7 @@ options! {
         kind: Kind::Choice(names_of::<Clip>),
         readers: Readers::Only(&[Method::Sbvh]),
         key: InKey::Always,
-        spelling: Spelling::Flag,
+        spelling: Spelling::Setting,
         help: "What a spatial split cuts: the reference's box (quicker) or the triangle itself (tighter)",
         details: "A triangle that runs aslant fills little of its box. Cutting the triangle then leaves much smaller boxes.",
     }
@@ -206,7 +206,7 @@ options! {
         kind: Kind::Real(0.0, 63.0),
         readers: Readers::Only(&[Method::Binned, Method::Bonsai, Method::Sweep, Method::Agglomerative]),
         key: InKey::UnlessOff,
-        spelling: Spelling::Flag,
+        spelling: Spelling::Setting,
         help: "Cut large triangles before the build into as many more references as this share of the triangles; 0 cuts none",
         details: "It helps where triangles are large or thin. A share of 0.3 adds at most three references for every ten triangles.",
     }

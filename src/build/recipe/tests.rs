@@ -215,3 +215,33 @@ fn a_setting_is_known_valid_and_made_once() {
     let refused = BuildOptions::with_settings(Preset::Draft, None, &twice).unwrap_err().to_string();
     assert!(refused.contains("bins 9: it is set to 8 already"), "{refused}");
 }
+
+/// Fields that came with a preset pass, whatever the method; others must be read by it.
+#[test]
+fn a_field_that_is_not_read_is_refused_unless_a_preset_brought_it() {
+    for info in METHODS {
+        for preset in PRESETS_ALL {
+            let carried = BuildOptions { method: info.method, ..BuildOptions::preset(preset) };
+            assert_eq!(carried.refuse_unread(), Ok(()), "{} on {preset}", info.name);
+        }
+        for row in OPTIONS {
+            let known = PRESETS_ALL.map(|preset| row.default_in(preset));
+            let candidates = match row.kind {
+                Kind::Count(..) | Kind::Real(..) => ["9", "0.7", "1.7"].map(String::from).to_vec(),
+                Kind::Switch => ["true", "false"].map(String::from).to_vec(),
+                Kind::Choice(names) => names().into_iter().map(String::from).collect(),
+            };
+            let other = candidates.into_iter().find(|text| row.parse(text).is_ok() && !known.contains(text)).unwrap();
+            let mut options = of(info.method);
+            row.set(&mut options, &other).unwrap();
+            let refused = options.refuse_unread();
+            match refused {
+                Err(BuildError::NotRead { option, value, method, .. }) => {
+                    assert_eq!((option, value, method), (row.name, other, info.name));
+                    assert!(!row.is_read_by(info.method));
+                }
+                other => assert_eq!((other, row.is_read_by(info.method)), (Ok(()), true), "{} {}", info.name, row.name),
+            }
+        }
+    }
+}

@@ -4,7 +4,7 @@ use crate::build::BuildOptions;
 use crate::cache::check::{Finding, Level, Limits, Report, Source, check_bytes};
 use crate::cache::{FileBytes, Head, rules};
 use crate::cli::Context;
-use crate::cli::caches;
+use crate::cli::caches::{self, SourceReading};
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
@@ -33,12 +33,8 @@ pub struct CheckArgs {
     /// The model that the file should hold
     #[arg(long, value_name = "MODEL")]
     source: Option<PathBuf>,
-    /// Let the model name buffers outside its own folder
-    #[arg(long, requires = "source")]
-    allow_outside: bool,
-    /// Read the model as if this glTF extension were not in it; may be given again
-    #[arg(long = "ignore-extension", value_name = "NAME", value_parser = caches::extension_name, requires = "source")]
-    ignore_extensions: Vec<String>,
+    #[command(flatten)]
+    reading: SourceReading,
     /// Take warnings for errors
     #[arg(long)]
     warnings_as_errors: bool,
@@ -130,7 +126,7 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
 
     // Read the model as the file says that it was read, and lay it out as it was built.
     let meta = Head::read(path, &caches::options(context)).ok().and_then(|head| head.meta);
-    let (read, build) = caches::recorded_with(meta.as_ref(), args.allow_outside, &args.ignore_extensions, context);
+    let (read, build) = caches::recorded_with(meta.as_ref(), &args.reading, context);
     let scene = scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
     // Laying out makes no duplicates.
     caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;

@@ -7,10 +7,10 @@ use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
-use crate::cli::figures;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::report::info::hex;
+use crate::size::bytes;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -89,7 +89,7 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
         context.terminal.warn(&format!("left out {}", dropped.join(", ")));
     }
     if !context.terminal.quiet {
-        let (from, to) = (figures::bytes(input_len), figures::bytes(header.file_len));
+        let (from, to) = (bytes(input_len), bytes(header.file_len));
         let id = &hex(&header.content_id)[..8];
         context.terminal.result(&format!("{}  {from} → {to}, content {id} unchanged", names::path(&args.output)))?;
     }

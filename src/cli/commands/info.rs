@@ -9,6 +9,7 @@ use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::table::Table;
 use crate::report::info::FileInfo;
+use crate::size::bytes;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -109,9 +110,8 @@ fn text(info: &FileInfo) -> String {
     rows.push(("bounds", format!("{:?} … {:?}", b.min, b.max)));
     rows.push(("content", info.content_id.clone()));
     rows.push(("build", info.build_key.clone()));
-    rows.push(("file", format!("{}  {}", info.file_id, figures::bytes(info.file_len))));
-    let short =
-        |s: &crate::report::info::SectionInfo| format!("{} {} {}", s.kind, figures::bytes(s.stored_len), s.codec);
+    rows.push(("file", format!("{}  {}", info.file_id, bytes(info.file_len))));
+    let short = |s: &crate::report::info::SectionInfo| format!("{} {} {}", s.kind, bytes(s.stored_len), s.codec);
     let mut named: Vec<String> = info.sections.iter().take(MOST_LINES).map(short).collect();
     named.extend(more(info.sections.len(), "--sections"));
     rows.push(("sections", named.join(" · ")));
@@ -122,7 +122,7 @@ fn text(info: &FileInfo) -> String {
         let options = meta.options.iter().map(|o| format!("{} {}", o.name, o.value)).collect::<Vec<_>>().join(" · ");
         rows.push(("options", options));
         let inputs = meta.inputs.iter();
-        lines(&mut rows, "input", inputs.map(|i| format!("{}  {}  {}", i.name, figures::bytes(i.len), i.blake3)));
+        lines(&mut rows, "input", inputs.map(|i| format!("{}  {}  {}", i.name, bytes(i.len), i.blake3)));
         let dropped = meta.read_counts.iter().filter(|c| c.count > 0);
         lines(&mut rows, "read", dropped.map(|c| format!("{} {}", figures::count(c.count), c.name.replace('_', " "))));
         lines(&mut rows, "note", meta.notes.iter().map(|note| advice::note(note)));

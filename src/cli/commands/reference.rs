@@ -111,7 +111,7 @@ fn options() -> String {
     let mut text = String::from("| flag | default | meaning |\n|---|---|---|\n");
     let command = crate::cli::command();
     let Some(build) = command.find_subcommand("build") else { return text };
-    let in_table = |name: &str| OPTIONS.iter().any(|row| row.name == name);
+    let in_table = |name: &str| OPTIONS.iter().any(|row| row.spelling == Spelling::Flag && row.name == name);
     for arg in build.get_arguments().filter(|a| !a.is_hide_set() && !in_table(a.get_id().as_str())) {
         let short = arg.get_short().map(|c| format!("-{c}"));
         let names: Vec<String> = short.into_iter().chain(arg.get_long().map(|long| format!("--{long}"))).collect();

@@ -1,6 +1,7 @@
 use super::context::{Context, Parts};
 use super::driver::{Arg, Buffer, Status};
 use crate::cache::{TriangleRecord, View};
+use crate::size;
 use crate::tree::Node;
 use crate::verify::DeviceError;
 use bytemuck::Pod;
@@ -43,8 +44,7 @@ impl<'a> Scene<'a> {
             return Err(upload.too_large("the file's records", total, info.global_memory));
         }
         if view.triangles.len() > u32::MAX as usize {
-            let needed = view.triangles.len() as u64;
-            return Err(upload.too_large("the number of the last triangle slot", needed, u32::MAX.into()));
+            return Err(upload.too_many("TRIS", view.triangles.len()));
         }
         let parts = upload.parts(view);
         let nodes = upload.cut(view.nodes, parts.node_shift, parts.count, "NODE")?;
@@ -115,7 +115,7 @@ impl Upload<'_> {
         let each = 1usize << shift;
         if records.len().div_ceil(each) > count as usize {
             let available = u64::from(count) * (each * size_of::<T>()) as u64;
-            let what = format!("{name}, cut into {count} buffers of at most {} bytes", self.most);
+            let what = format!("{name}, cut into {count} buffers of at most {}", size::bytes(self.most));
             return Err(self.too_large(&what, size_of_val(records) as u64, available));
         }
         let part = |i: usize| &records[(i * each).min(records.len())..((i + 1) * each).min(records.len())];
@@ -146,8 +146,12 @@ impl Upload<'_> {
     }
 
     fn count(&self, records: usize, name: &str) -> Result<u32, DeviceError> {
-        let too_many = |_| self.too_large(&format!("the number of {name} records"), records as u64, u32::MAX.into());
-        records.try_into().map_err(too_many)
+        records.try_into().map_err(|_| self.too_many(name, records))
+    }
+
+    fn too_many(&self, name: &str, records: usize) -> DeviceError {
+        let (device, what) = (self.context.info.summary(), name.to_string());
+        DeviceError::TooMany { device, what, count: records as u64, most: u32::MAX.into() }
     }
 
     fn too_large(&self, what: &str, needed: u64, available: u64) -> DeviceError {

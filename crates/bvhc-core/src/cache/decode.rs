@@ -1,11 +1,13 @@
 //! One section's bytes: decoded, and hashed before and after.
 
 use super::aligned::AlignedBytes;
+use super::container::hex;
 #[cfg(not(feature = "zstd"))]
-use super::container;
-use super::error::Fault;
+use super::container::undecodable;
 #[cfg(feature = "zstd")]
 use super::pack;
+use super::report::{Finding, Place};
+use super::rules::{self, Rule};
 use crate::exec::Executor;
 use crate::layout::SectionEntry;
 
@@ -24,35 +26,44 @@ impl Decoded<'_> {
     }
 }
 
-/// The content of a packed section, which has the hash that its entry states.
+/// The content of a packed section, which has the hash that its entry states: E0205 where it cannot be decoded, E0202 where it decodes to
+/// something else.
 #[cfg(feature = "zstd")]
-pub fn unpack(entry: &SectionEntry, stored: &[u8], raw_len: usize, exec: &Executor) -> Result<AlignedBytes, Fault> {
+pub fn unpack(entry: &SectionEntry, stored: &[u8], raw_len: usize, exec: &Executor) -> Result<AlignedBytes, Finding> {
     let raw = pack::unpack(stored, raw_len, exec)
-        .map_err(|fault| Fault { detail: format!("{}: {}", entry.kind, fault.detail), ..fault })?;
-    check_hash("E0202", entry, raw.as_slice(), &entry.raw_hash, exec)?;
+        .map_err(|found| Finding::new(&rules::E0205, place(entry), "it must decode as its entry says".into(), found))?;
+    check_hash(&rules::E0202, entry, raw.as_slice(), &entry.raw_hash, exec)?;
     Ok(raw)
 }
 
 /// This build of the crate decodes nothing.
 #[cfg(not(feature = "zstd"))]
-pub fn unpack(entry: &SectionEntry, _stored: &[u8], _raw_len: usize, _exec: &Executor) -> Result<AlignedBytes, Fault> {
-    Err(container::no_zstd(entry))
+pub fn unpack(
+    entry: &SectionEntry,
+    _stored: &[u8],
+    _raw_len: usize,
+    _exec: &Executor,
+) -> Result<AlignedBytes, Finding> {
+    let (known, found) = undecodable(entry);
+    Err(Finding::new(&rules::E0115, place(entry), known, found))
 }
 
-/// Hold bytes against the hash that a section's entry states: E0201 as they are stored, E0202 as they decode.
-pub fn check_hash(
-    rule: &'static str,
+/// Hold the bytes as they are stored against the hash that the section's entry states: E0201.
+pub fn check_stored(entry: &SectionEntry, stored: &[u8], exec: &Executor) -> Result<(), Finding> {
+    check_hash(&rules::E0201, entry, stored, &entry.stored_hash, exec)
+}
+
+fn check_hash(
+    rule: &'static Rule,
     entry: &SectionEntry,
     bytes: &[u8],
     want: &[u8; 32],
     exec: &Executor,
-) -> Result<(), Fault> {
-    if exec.hash(bytes) == *want {
-        return Ok(());
-    }
-    let form = if rule == "E0201" { "stored" } else { "decoded" };
-    Err(Fault::invalid(
-        rule,
-        format!("the {form} bytes of {} do not have the hash of the section table: the file is damaged", entry.kind),
-    ))
+) -> Result<(), Finding> {
+    let found = exec.hash(bytes);
+    if found == *want { Ok(()) } else { Err(Finding::new(rule, place(entry), hex(want), hex(&found))) }
+}
+
+fn place(entry: &SectionEntry) -> Place {
+    Place { offset: Some(entry.offset), ordinal: entry.ordinal, ..Place::section(entry.kind) }
 }

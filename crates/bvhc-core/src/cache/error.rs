@@ -2,8 +2,10 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::report::{Place, Report};
-use super::rules::{self, Rule, Severity};
+use super::report::{Finding, Report};
+use super::rules::{self, Severity};
+use crate::layout::SectionKind;
+use crate::size;
 
 /// Why a cache could not be read, written or converted.
 #[derive(Debug)]
@@ -22,19 +24,22 @@ pub enum CacheError {
     Invalid {
         /// The file.
         name: String,
-        /// Number of the broken rule.
-        rule: &'static str,
-        /// What is expected and what was found.
-        detail: String,
+        /// The rule that is broken, where, and both values.
+        breach: Box<Finding>,
     },
     /// The file may be sound, but it needs something that this version does not know.
     Unsupported {
         /// The file.
         name: String,
-        /// Number of the rule that makes a reader refuse it.
-        rule: &'static str,
-        /// What it needs, and what this version knows.
-        detail: String,
+        /// The rule that makes a reader refuse it, what this version knows, and what the file needs.
+        breach: Box<Finding>,
+    },
+    /// Sections that are part of what the file is cannot be copied, since this version does not know them.
+    NotCopied {
+        /// The file.
+        name: String,
+        /// What they are.
+        sections: Vec<SectionKind>,
     },
     /// The file may be sound, but a limit forbids to read or write it.
     Limit {
@@ -54,6 +59,13 @@ pub enum CacheError {
     Still {
         /// The file.
         name: String,
+    },
+    /// A sequence has no such frame.
+    NoFrame {
+        /// The frame that was asked for, counted from 0.
+        frame: usize,
+        /// How many there are.
+        frames: usize,
     },
     /// What was given to the writer cannot stand in a file. A fault of the program that called it.
     Unwritable {
@@ -95,7 +107,8 @@ impl fmt::Display for Limited {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Limited::Memory { needed, limit } => {
-                write!(f, "its sections take {needed} bytes of memory and the limit is {limit} bytes")
+                let [needed, limit] = size::beyond(*needed, *limit);
+                write!(f, "its sections take {needed} of memory and the limit is {limit}")
             }
             Limited::Machine { left_out } => write!(f, "part of it is not checked: {left_out}"),
             Limited::Format { what, found, most } => write!(f, "{what} has {found} bytes and may have {most}"),
@@ -125,12 +138,20 @@ impl fmt::Display for CacheError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             CacheError::Io { action, path, .. } => write!(f, "cannot {action} {}", path.display()),
-            CacheError::Invalid { name, rule, detail } | CacheError::Unsupported { name, rule, detail } => {
-                write!(f, "cannot read {name}: {detail} ({rule})")
+            CacheError::Invalid { name, breach } | CacheError::Unsupported { name, breach } => {
+                write!(f, "cannot read {name}: {}", Brief(breach))
+            }
+            CacheError::NotCopied { name, sections } => {
+                let sections: Vec<String> = sections.iter().map(ToString::to_string).collect();
+                let sections = sections.join(", ");
+                write!(f, "cannot copy {name}: section {sections} is part of its content and may not be copied unread")
             }
             CacheError::Limit { name, limit } => write!(f, "cannot process {name}: {limit}"),
             CacheError::Sequence { name, frames } => {
                 write!(f, "cannot read {name} as a still file: it is a sequence of {frames} frames")
+            }
+            CacheError::NoFrame { frame, frames } => {
+                write!(f, "cannot open frame {frame}, counted from 0: the sequence has {frames}")
             }
             CacheError::Still { name } => write!(f, "cannot read {name} as a sequence: it is a still file"),
             CacheError::Unwritable { name, detail } => write!(f, "cannot write {name}: {detail}"),
@@ -153,9 +174,9 @@ impl CacheError {
         match self {
             CacheError::Io { .. } => ErrorKind::Io,
             CacheError::Invalid { .. } => ErrorKind::Invalid,
-            CacheError::Unsupported { .. } => ErrorKind::Unsupported,
+            CacheError::Unsupported { .. } | CacheError::NotCopied { .. } => ErrorKind::Unsupported,
             CacheError::Limit { .. } => ErrorKind::Limit,
-            CacheError::Sequence { .. } | CacheError::Still { .. } => ErrorKind::Frames,
+            CacheError::Sequence { .. } | CacheError::Still { .. } | CacheError::NoFrame { .. } => ErrorKind::Frames,
             CacheError::Unwritable { .. } => ErrorKind::Internal,
         }
     }
@@ -163,7 +184,7 @@ impl CacheError {
     /// The number of the broken rule (`E0119`), where one was broken.
     pub fn rule(&self) -> Option<&'static str> {
         match self {
-            CacheError::Invalid { rule, .. } | CacheError::Unsupported { rule, .. } => Some(rule),
+            CacheError::Invalid { breach, .. } | CacheError::Unsupported { breach, .. } => Some(breach.rule.id),
             _ => None,
         }
     }
@@ -175,94 +196,82 @@ impl CacheError {
     }
 }
 
-/// A broken rule before it is known which file broke it.
+/// Why the bytes of a file are no use, before it is known which file they are of.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
-    /// Number of the broken rule, such as `E0119`.
-    pub rule: &'static str,
-    /// What was expected and what was found, without the file's name.
-    pub detail: String,
-    /// Which [`CacheError`] it becomes.
-    pub class: FaultClass,
-}
-
-/// What a [`Fault`] says about the file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum FaultClass {
-    /// The bytes break the format.
-    Invalid,
-    /// The file may be sound, for a later version or another build of this library.
-    Unsupported,
+pub enum Fault {
+    /// A rule is broken, or asks for another version or build of this library.
+    Breach(Box<Finding>),
     /// The file may be sound, but decoding it would exceed [`OpenOptions::max_memory`](super::OpenOptions::max_memory).
-    MemoryLimit {
+    Memory {
         /// Bytes that the file's sections take.
         needed: u128,
         /// Bytes that they may take.
         limit: u64,
     },
-    /// The file may be sound, but part of it, which the detail names, was not looked into: the machine has not got the memory.
-    NotChecked,
+    /// The file may be sound, but part of it was not looked into: the machine has not got the memory.
+    NotChecked {
+        /// That part, as a sentence.
+        left_out: String,
+    },
+}
+
+impl From<Finding> for Fault {
+    fn from(breach: Finding) -> Fault {
+        Fault::Breach(Box::new(breach))
+    }
+}
+
+/// A breach in a sentence with the file's name: the header and the table need no place, since their fields have names.
+pub(super) struct Brief<'a>(pub &'a Finding);
+
+impl fmt::Display for Brief<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Finding { rule, place, .. } = self.0;
+        if place.section.is_some() {
+            write!(f, "{place}: ")?;
+        }
+        write!(f, "{} ({})", self.0.detail(), rule.id)
+    }
 }
 
 /// Without the file's name: for what does not keep it from being used.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ({})", self.detail, self.rule)
+        match self {
+            Fault::Breach(breach) => Brief(breach).fmt(f),
+            Fault::Memory { needed, limit } => Limited::Memory { needed: *needed, limit: *limit }.fmt(f),
+            Fault::NotChecked { left_out } => f.write_str(left_out),
+        }
     }
 }
 
 impl Fault {
-    /// A breach that makes the file invalid, in the caller's words.
-    pub fn invalid(rule: &'static str, detail: impl Into<String>) -> Fault {
-        Fault { rule, detail: detail.into(), class: FaultClass::Invalid }
-    }
-
-    /// Something that this version or build does not know, in the caller's words.
-    pub fn unsupported(rule: &'static str, detail: impl Into<String>) -> Fault {
-        Fault { rule, detail: detail.into(), class: FaultClass::Unsupported }
-    }
-
-    /// A breach of a rule at a place, in the rule's own words.
-    pub fn breach(rule: &'static Rule, place: Place, expected: &str, actual: &str) -> Fault {
-        let text = rule.describe(expected, actual);
-        let detail = if place.section.is_some() { format!("{place}: {text}") } else { text };
-        let class = if rule.is_unsupported() { FaultClass::Unsupported } else { FaultClass::Invalid };
-        Fault { rule: rule.id, detail, class }
-    }
-
     /// What a report comes to for somebody who wants the file or nothing: the first error, or else the first part that was not looked into.
     ///
     /// # Errors
     /// Unless everything was looked into and no rule with the severity of an error is broken.
     pub fn of_report(report: &Report) -> Result<(), Fault> {
         let errors = || report.findings.iter().filter(|f| f.rule.severity() == Severity::Error);
-        if let Some(f) = errors().find(|f| f.rule != &rules::E0127) {
-            return Err(Fault::invalid(f.rule.id, format!("{}: {}", f.place, f.detail)));
+        if let Some(breach) = errors().find(|f| f.rule != &rules::E0127) {
+            return Err(breach.clone().into());
         }
-        let class = FaultClass::NotChecked;
         if let Some(why) = report.not_checked.first() {
-            return Err(Fault { rule: rules::E0127.id, detail: why.clone(), class });
+            return Err(Fault::NotChecked { left_out: why.clone() });
         }
-        errors().next().map_or(Ok(()), |f| Err(Fault { rule: f.rule.id, detail: f.detail.clone(), class }))
-    }
-
-    /// Decoded sections would take `needed` bytes, more than `limit`: rule E0127.
-    pub fn memory(needed: u128, limit: u64) -> Fault {
-        let detail = Limited::Memory { needed, limit }.to_string();
-        Fault { rule: "E0127", detail, class: FaultClass::MemoryLimit { needed, limit } }
+        errors().next().map_or(Ok(()), |f| Err(Fault::NotChecked { left_out: f.detail() }))
     }
 
     /// The error of the file called `name`.
     pub fn of(self, name: &str) -> CacheError {
-        let (name, rule, detail) = (name.to_owned(), self.rule, self.detail);
-        match self.class {
-            FaultClass::Invalid => CacheError::Invalid { name, rule, detail },
-            FaultClass::Unsupported => CacheError::Unsupported { name, rule, detail },
-            FaultClass::MemoryLimit { needed, limit } => {
-                CacheError::Limit { name, limit: Limited::Memory { needed, limit } }
+        let name = name.to_owned();
+        match self {
+            // A warning says of a section that this version does not read it.
+            Fault::Breach(breach) if breach.rule.is_unsupported() || breach.rule.severity() == Severity::Warning => {
+                CacheError::Unsupported { name, breach }
             }
-            FaultClass::NotChecked => CacheError::Limit { name, limit: Limited::Machine { left_out: detail } },
+            Fault::Breach(breach) => CacheError::Invalid { name, breach },
+            Fault::Memory { needed, limit } => CacheError::Limit { name, limit: Limited::Memory { needed, limit } },
+            Fault::NotChecked { left_out } => CacheError::Limit { name, limit: Limited::Machine { left_out } },
         }
     }
 }
@@ -270,6 +279,7 @@ impl Fault {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cache::report::Place;
 
     #[test]
     fn what_was_not_checked_is_not_sound() {

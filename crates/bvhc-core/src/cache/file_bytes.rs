@@ -59,7 +59,7 @@ impl FileBytes<'_> {
 
     /// A copy of such bytes that starts at a 64-byte boundary.
     pub(super) fn copied(bytes: &[u8], max_memory: u64) -> Result<FileBytes<'static>, Fault> {
-        let too_large = || Fault::memory(bytes.len() as u128, max_memory);
+        let too_large = || Fault::Memory { needed: bytes.len() as u128, limit: max_memory };
         if bytes.len() as u64 > max_memory {
             return Err(too_large());
         }
@@ -91,7 +91,7 @@ fn map(file: &File) -> std::io::Result<memmap2::Mmap> {
 }
 
 fn read(mut file: File, len: u64, path: &Path, max_memory: u64) -> Result<AlignedBytes, CacheError> {
-    let too_large = || Fault::memory(len.into(), max_memory).of(&path.display().to_string());
+    let too_large = || Fault::Memory { needed: len.into(), limit: max_memory }.of(&path.display().to_string());
     if len > max_memory {
         return Err(too_large());
     }

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
+use super::Meta;
 use super::container::{self, Container};
-use super::decode::unpack;
-use super::error::{CacheError, Fault};
+use super::decode::{check_stored, unpack};
+use super::error::{Brief, CacheError, Fault};
 use super::file_bytes::FileBytes;
 use super::options::OpenOptions;
-use super::{MAX_META_LEN, Meta};
+use super::report::Finding;
 use crate::exec::Executor;
 use crate::layout::{Header, SectionEntry, SectionKind};
 
@@ -32,10 +33,10 @@ impl Head {
     /// As [`Cache::open_with`](super::Cache::open_with) at [`Validation::Quick`](super::Validation::Quick).
     pub fn read(path: &Path, options: &OpenOptions) -> Result<Head, CacheError> {
         let bytes = FileBytes::open(path, options)?;
-        Head::parse(bytes.as_slice()).map_err(|fault| fault.of(&path.display().to_string()))
+        Head::parse(bytes.as_slice()).map_err(|breach| Fault::from(breach).of(&path.display().to_string()))
     }
 
-    fn parse(file: &[u8]) -> Result<Head, Fault> {
+    fn parse(file: &[u8]) -> Result<Head, Finding> {
         let container = Container::parse(file)?;
         container.check_head()?;
         let meta = container.find(SectionKind::META, 0);
@@ -43,34 +44,28 @@ impl Head {
         let (meta, meta_error) = match meta.and_then(|i| entries.get(i)) {
             Some(entry) => match read_meta(file, entry)? {
                 Ok(meta) => (Some(meta), None),
-                Err(fault) => (None, Some(fault.to_string())),
+                Err(breach) => (None, Some(Brief(&breach).to_string())),
             },
-            None => (None, container::later_meta(&entries)),
+            None => (None, container::later_meta(&entries).map(|unread| Brief(&unread).to_string())),
         };
         Ok(Head { header, sections: entries, meta, meta_error })
     }
 }
 
 /// The outer error is damage; the inner one is a META that its writer made so.
-fn read_meta(file: &[u8], entry: &SectionEntry) -> Result<Result<Meta, Fault>, Fault> {
+fn read_meta(file: &[u8], entry: &SectionEntry) -> Result<Result<Meta, Finding>, Finding> {
     // The container's rules put every section inside the file.
     let range = usize::try_from(entry.offset).ok().zip(entry.end().and_then(|end| usize::try_from(end).ok()));
     let stored = range.and_then(|(start, end)| file.get(start..end)).unwrap_or_default();
-    if Executor::sequential().hash(stored) != entry.stored_hash {
-        return Err(Fault::invalid(
-            "E0201",
-            "the bytes of META do not have the hash of the section table: the file is damaged",
-        ));
-    }
-    Ok(decode(stored, entry))
+    let exec = Executor::sequential();
+    check_stored(entry, stored, &exec)?;
+    Ok(decode(stored, entry, &exec))
 }
 
-fn decode(stored: &[u8], entry: &SectionEntry) -> Result<Meta, Fault> {
-    match (entry.codec, usize::try_from(entry.raw_len)) {
-        (SectionEntry::RAW, _) => Meta::decode(stored),
-        (_, Ok(raw_len)) if raw_len <= MAX_META_LEN => {
-            Meta::decode(unpack(entry, stored, raw_len, &Executor::sequential())?.as_slice())
-        }
-        _ => Err(Fault::invalid("E0206", format!("META may have {MAX_META_LEN} bytes and has {}", entry.raw_len))),
+fn decode(stored: &[u8], entry: &SectionEntry, exec: &Executor) -> Result<Meta, Finding> {
+    match entry.codec {
+        SectionEntry::RAW => Meta::decode(stored),
+        // A rule of the container bounds the decoded length (E0129).
+        _ => Meta::decode(unpack(entry, stored, entry.raw_len as usize, exec)?.as_slice()),
     }
 }

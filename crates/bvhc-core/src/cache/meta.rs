@@ -3,12 +3,14 @@
 //! The layout is written out in `format-spec/SPEC.md`, section 6, so that the crate can be replaced without a change of the format:
 //! bincode 2.0.1 in its `legacy` configuration writes fixed-width little-endian integers, u64 lengths and no padding.
 
-use super::error::Fault;
 #[cfg(feature = "meta")]
 use super::error::Limited;
 use super::keys::{InputHash, Recipe};
+use super::report::{Finding, Place};
+use super::rules;
 #[cfg(feature = "meta")]
 use crate::layout::MAX_STRING_LEN;
+use crate::layout::SectionKind;
 #[cfg(feature = "meta")]
 use bincode::config::{self, Config};
 
@@ -95,15 +97,14 @@ impl Meta {
 
     /// Read the one valid encoding: bytes that decode but would be written otherwise are refused.
     #[cfg(feature = "meta")]
-    pub(super) fn decode(bytes: &[u8]) -> Result<Meta, Fault> {
-        let fault = |detail: String| Fault::invalid("E0206", detail);
-        if bytes.len() > MAX_META_LEN {
-            return Err(fault(format!("META may have {MAX_META_LEN} bytes and has {}", bytes.len())));
-        }
+    pub(super) fn decode(bytes: &[u8]) -> Result<Meta, Finding> {
+        let fault = |expected: &str, actual: String| {
+            Finding::new(&rules::E0206, Place::section(SectionKind::META), expected.into(), actual)
+        };
         let (layout, consumed): (Layout, usize) = bincode::decode_from_slice(bytes, encoding())
-            .map_err(|e| fault(format!("META must follow its layout and does not: {}", reason(&e))))?;
+            .map_err(|e| fault("it must follow its layout", format!("it does not: {}", reason(&e))))?;
         if consumed != bytes.len() {
-            return Err(fault(format!("META must end at byte {consumed} and has {} bytes", bytes.len())));
+            return Err(fault(&format!("it must end at byte {consumed}"), format!("it has {} bytes", bytes.len())));
         }
         let (tool, tool_version, method, builder_revision, options, dependencies, read_counts, notes) = layout;
         let dependency = |(role, name, len, blake3)| Dependency { role, name, len, blake3 };
@@ -111,15 +112,16 @@ impl Meta {
         let meta = Meta { tool, tool_version, method, builder_revision, options, dependencies, read_counts, notes };
         match meta.encode() {
             Ok(again) if again == bytes => Ok(meta),
-            Ok(_) => Err(fault("META must be in its one encoding and is in another".into())),
-            Err(limited) => Err(fault(limited.to_string())),
+            Ok(_) => Err(fault("it must be in its one encoding", "it is in another".into())),
+            Err(limited) => Err(fault("it must keep the limits of its encoding", limited.to_string())),
         }
     }
 
     /// This build of the crate does not read META.
     #[cfg(not(feature = "meta"))]
-    pub(super) fn decode(_bytes: &[u8]) -> Result<Meta, Fault> {
-        Err(Fault::unsupported("W0101", "META is not read by a bvhc-core without the feature `meta`"))
+    pub(super) fn decode(_bytes: &[u8]) -> Result<Meta, Finding> {
+        let known = "the sections that traversal reads, since bvhc-core was built without its feature `meta`";
+        Err(Finding::new(&rules::W0101, Place::section(SectionKind::META), known.into(), "META".into()))
     }
 
     #[cfg(feature = "meta")]
@@ -210,7 +212,7 @@ mod tests {
     fn every_truncation_and_every_appended_byte_is_refused() {
         let bytes = sample().encode().unwrap();
         for len in 0..bytes.len() {
-            assert_eq!(Meta::decode(&bytes[..len]).unwrap_err().rule, "E0206", "length {len}");
+            assert_eq!(Meta::decode(&bytes[..len]).unwrap_err().rule.id, "E0206", "length {len}");
         }
         assert!(Meta::decode(&[&bytes[..], &[0]].concat()).is_err());
     }

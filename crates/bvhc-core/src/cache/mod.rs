@@ -42,7 +42,7 @@ pub mod parts {
     #[cfg(feature = "testing")]
     pub use super::check::cover::{Cover, Covered, most_steps};
     pub use super::container::{Container, check_tree_flags, is_known_codec, is_understood};
-    pub use super::error::{Fault, FaultClass};
+    pub use super::error::Fault;
     #[cfg(feature = "zstd")]
     pub use super::pack::{BLOCK_LEN, pack};
     pub use crate::layout::{clip, encode_names};

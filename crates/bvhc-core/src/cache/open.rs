@@ -4,11 +4,12 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use super::container::{self, Container, First, is_understood};
-use super::decode::{check_hash, unpack};
-use super::error::{CacheError, Fault};
+use super::decode::{check_stored, unpack};
+use super::error::{Brief, CacheError, Fault};
 use super::file_bytes::FileBytes;
 use super::options::{OpenOptions, Validation};
 use super::reader::{Cache, Opened, Places};
+use super::report::Finding;
 use super::sequence::is_of_frames;
 use super::{Meta, check};
 use crate::exec::Executor;
@@ -105,7 +106,7 @@ impl<'a> Opened<'a> {
         options: &OpenOptions,
         exec: &Executor,
     ) -> Result<Opened<'a>, CacheError> {
-        let container = Container::parse(bytes.as_slice()).map_err(|fault| fault.of(name))?;
+        let container = Container::parse(bytes.as_slice()).map_err(|breach| Fault::from(breach).of(name))?;
         let find = |kind| container.find(kind, 0);
         let places = Places {
             node: find(SectionKind::NODE),
@@ -138,7 +139,7 @@ impl<'a> Opened<'a> {
         let entries = &self.container.entries;
         let needed = entries.iter().filter(packed).map(|e| u128::from(e.raw_len)).sum::<u128>() + owned as u128;
         if needed > u128::from(options.max_memory) {
-            return Err(Fault::memory(needed, options.max_memory));
+            return Err(Fault::Memory { needed, limit: options.max_memory });
         }
         let any_packed = entries.iter().any(|e| packed(&e));
         self.container.check_head()?;
@@ -155,16 +156,17 @@ impl<'a> Opened<'a> {
             }
             let decode = entry.codec == SectionEntry::ZSTD && (thorough || is_understood(&entry));
             if thorough || decode || Some(i) == meta_place {
-                check_hash("E0201", &entry, self.stored_bytes(i), &entry.stored_hash, exec)?;
+                check_stored(&entry, self.stored_bytes(i), exec)?;
             }
             if decode {
-                let raw_len = usize::try_from(entry.raw_len).map_err(|_| Fault::memory(needed, options.max_memory))?;
+                let raw_len =
+                    usize::try_from(entry.raw_len).map_err(|_| Fault::Memory { needed, limit: options.max_memory })?;
                 let unpacked = unpack(&entry, self.stored_bytes(i), raw_len, exec);
                 match unpacked {
                     Ok(raw) => self.decoded[i] = Some(raw),
-                    Err(fault) if entry.is(section_flags::CRITICAL) => return Err(fault),
+                    Err(breach) if entry.is(section_flags::CRITICAL) => return Err(breach.into()),
                     // It is what its writer wrote, and nothing that a ray needs: a check of the records reports it.
-                    Err(fault) if Some(i) == meta_place => self.meta_error = Some(fault.to_string()),
+                    Err(breach) if Some(i) == meta_place => self.meta_error = Some(Brief(&breach).to_string()),
                     Err(_) => {}
                 }
             }
@@ -175,10 +177,10 @@ impl<'a> Opened<'a> {
         if let Some(bytes) = meta_place.and_then(|i| self.section_bytes(i)) {
             match Meta::decode(bytes) {
                 Ok(meta) => self.meta = Some(meta),
-                Err(fault) => self.meta_error = Some(fault.to_string()),
+                Err(breach) => self.meta_error = Some(Brief(&breach).to_string()),
             }
         } else if self.meta_error.is_none() {
-            self.meta_error = container::later_meta(&self.container.entries);
+            self.meta_error = container::later_meta(&self.container.entries).map(|unread| Brief(&unread).to_string());
         }
         if thorough {
             let mut first = First::default();
@@ -189,7 +191,7 @@ impl<'a> Opened<'a> {
     }
 
     /// Hold the rows of BLAS against the lengths that the table states for NODE and TRIS.
-    fn check_rows(&self) -> Result<(), Fault> {
+    fn check_rows(&self) -> Result<(), Finding> {
         let count = |place: Option<usize>| place.and_then(|i| self.sections().get(i)).map_or(0, |e| e.elem_count);
         let (nodes, triangles) = (count(self.places.node), count(self.places.tris));
         let mut first = First::default();

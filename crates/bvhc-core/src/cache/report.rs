@@ -72,13 +72,27 @@ pub struct Finding {
     pub rule: &'static Rule,
     /// As exactly as the check knows it.
     pub place: Place,
+    /// What the rule demands, as its detail line takes it.
+    pub expected: String,
+    /// What was found.
+    pub actual: String,
+}
+
+impl Finding {
+    /// A breach of a rule with both values of its detail line.
+    pub fn new(rule: &'static Rule, place: Place, expected: String, actual: String) -> Finding {
+        Finding { rule, place, expected, actual }
+    }
+
     /// The rule's detail line with both values.
-    pub detail: String,
+    pub fn detail(&self) -> String {
+        self.rule.describe(&self.expected, &self.actual)
+    }
 }
 
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {:<22} {}: {}", self.rule.id, self.rule.name, self.place, self.detail)
+        write!(f, "{} {:<22} {}: {}", self.rule.id, self.rule.name, self.place, self.detail())
     }
 }
 
@@ -93,7 +107,7 @@ impl Serialize for Finding {
         out.serialize_field("tree", &self.place.tree.map(|(tree, _)| tree))?;
         out.serialize_field("index", &self.place.index)?;
         out.serialize_field("offset", &self.place.offset)?;
-        out.serialize_field("detail", &self.detail)?;
+        out.serialize_field("detail", &self.detail())?;
         out.end()
     }
 }
@@ -180,8 +194,13 @@ impl Report {
         if tally.stored < self.max_issues {
             tally.stored += 1;
             let (expected, actual) = values();
-            self.findings.push(Finding { rule, place, detail: rule.describe(&expected, &actual) });
+            self.findings.push(Finding::new(rule, place, expected, actual));
         }
+    }
+
+    /// Count a breach that somebody else found.
+    pub fn add_finding(&mut self, found: Finding) {
+        self.add(found.rule, found.place, || (found.expected, found.actual));
     }
 
     /// Say that part of the file is not looked into, and why. Beyond some tens it is only counted: a file may have millions of trees.

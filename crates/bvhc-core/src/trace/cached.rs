@@ -1,6 +1,6 @@
 //! Asking an open file directly.
 
-use super::{Hit, Malformed, any_hit, closest_hit};
+use super::{BatchError, Hit, Malformed, any_hit, closest_hit};
 use crate::cache::Opened;
 use crate::exec::Executor;
 use crate::geom::vector::{cross, sub};
@@ -13,13 +13,15 @@ const CHUNK: usize = 1 << 10;
 impl View<'_> {
     /// The nearest hit of each of many rays, as [`closest_hit`](super::closest_hit) finds it, shared among the threads of `exec`.
     ///
-    /// `hits[i]` becomes the answer to `rays[i]`; where the slices differ in length, what the longer one has more stays as it is.
+    /// `hits[i]` becomes the answer to `rays[i]`, so both have one length.
     ///
     /// # Errors
-    /// Where the tree is malformed; some hits are filled in then and others are not.
-    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], exec: &Executor) -> Result<(), Malformed> {
-        let count = rays.len().min(hits.len());
-        let chunks = exec.map_chunks_mut(&mut hits[..count], CHUNK, |chunk, some| {
+    /// Where the lengths differ, and then no hit is touched. Where the tree is malformed: some hits are filled in then and others are not.
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], exec: &Executor) -> Result<(), BatchError> {
+        if rays.len() != hits.len() {
+            return Err(BatchError::Lengths { rays: rays.len(), hits: hits.len() });
+        }
+        let chunks = exec.map_chunks_mut(hits, CHUNK, |chunk, some| {
             some.iter_mut().zip(&rays[chunk * CHUNK..]).try_for_each(|(hit, ray)| {
                 *hit = closest_hit(self, ray)?;
                 Ok(())
@@ -72,8 +74,8 @@ impl Opened<'_> {
     /// The nearest hit of each of many rays, on all threads with the feature `rayon`, else on this one; see [`View::closest_hits`].
     ///
     /// # Errors
-    /// As [`Opened::closest_hit`].
-    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), Malformed> {
+    /// As [`Opened::closest_hit`], and where there are not as many places for hits as rays.
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), BatchError> {
         self.view().closest_hits(rays, hits, &Executor::current())
     }
 }

@@ -90,6 +90,40 @@ impl std::fmt::Display for Malformed {
 
 impl std::error::Error for Malformed {}
 
+/// Why many rays at once have no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BatchError {
+    /// There is not one place for each answer. No ray was traced.
+    Lengths {
+        /// Rays that were given.
+        rays: usize,
+        /// Places for hits.
+        hits: usize,
+    },
+    /// The tree is unfit for traversal.
+    Malformed(Malformed),
+}
+
+impl From<Malformed> for BatchError {
+    fn from(malformed: Malformed) -> BatchError {
+        BatchError::Malformed(malformed)
+    }
+}
+
+impl std::fmt::Display for BatchError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            BatchError::Lengths { rays, hits } => {
+                write!(f, "cannot trace: there are {rays} rays and places for {hits} hits; each ray needs one")
+            }
+            BatchError::Malformed(malformed) => malformed.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for BatchError {}
+
 /// The best hit so far, with the distance that decides in `f64`.
 ///
 /// Order: smaller `t` first; among equal `t` the smaller (instance, geometry, primitive). All of it is a function of the ray

@@ -16,13 +16,15 @@ mod slab;
 mod test;
 mod traverse;
 mod visit;
+mod visit_scene;
 
-pub use hit::{Hit, Malformed};
+pub use hit::{BatchError, Hit, Malformed};
 #[cfg(feature = "testing")]
 pub use observe::Fault;
 pub use observe::{Counters, NoObserver, Observer};
 pub use traverse::{FARTHEST, any_hit, closest_hit, try_any_hit, try_closest_hit};
 pub use visit::{Step, Visit};
+pub use visit_scene::SceneVisit;
 
 /// The walk and its parts: traversal by any triangle test and any box test.
 pub mod arithmetic {

@@ -56,38 +56,47 @@ impl<'a> BlasView<'a> {
     /// # Errors
     /// Where the records are no tree. A file that was opened at [`Validation::Tree`](crate::cache::Validation::Tree) has none such.
     pub fn visit(&self, mut see: impl FnMut(Visit<'a>) -> Step) -> Result<bool, Malformed> {
-        if self.nodes.is_empty() {
+        walk(self.nodes, self.triangles, |index, node, depth, triangles| {
+            Ok(see(Visit { index, node, depth, triangles }))
+        })
+    }
+}
+
+/// Walk any tree from its root: `see` gets each node's number, the node, its depth, and a leaf's items.
+pub(super) fn walk<'a, T>(
+    nodes: &'a [Node],
+    items: &'a [T],
+    mut see: impl FnMut(usize, &'a Node, u32, &'a [T]) -> Result<Step, Malformed>,
+) -> Result<bool, Malformed> {
+    let Some(mut node) = nodes.first() else { return Ok(false) };
+    // A second child waits for each level that the walk is below the root.
+    let mut waiting = [(0u32, 0u32); MAX_DEPTH as usize + 1];
+    let mut bounds = Bounds::new(nodes, items);
+    let mut count = 0;
+    let (mut index, mut depth) = (0u32, 0u32);
+    loop {
+        let found = if node.is_leaf() { bounds.leaf(node.first, node.count)? } else { &[] };
+        match see(index as usize, node, depth, found)? {
+            Step::Stop => return Ok(true),
+            Step::Descend if !node.is_leaf() => {
+                let pair = bounds.enter(node.first)?;
+                if depth >= MAX_DEPTH {
+                    return Err(Malformed::TooDeep);
+                }
+                depth += 1;
+                waiting[count] = (node.first + 1, depth);
+                count += 1;
+                (index, node) = (node.first, &pair[0]);
+                continue;
+            }
+            Step::Descend | Step::Skip => {}
+        }
+        if count == 0 {
             return Ok(false);
         }
-        // A second child waits for each level that the walk is below the root.
-        let mut waiting = [(0u32, 0u32); MAX_DEPTH as usize + 1];
-        let mut bounds = Bounds::new(self.nodes, self.triangles);
-        let mut count = 0;
-        let (mut index, mut node, mut depth) = (0u32, &self.nodes[0], 0u32);
-        loop {
-            let triangles = if node.is_leaf() { bounds.leaf(node.first, node.count)? } else { &[] };
-            match see(Visit { index: index as usize, node, depth, triangles }) {
-                Step::Stop => return Ok(true),
-                Step::Descend if !node.is_leaf() => {
-                    let pair = bounds.enter(node.first)?;
-                    if depth >= MAX_DEPTH {
-                        return Err(Malformed::TooDeep);
-                    }
-                    depth += 1;
-                    waiting[count] = (node.first + 1, depth);
-                    count += 1;
-                    (index, node) = (node.first, &pair[0]);
-                    continue;
-                }
-                Step::Descend | Step::Skip => {}
-            }
-            if count == 0 {
-                return Ok(false);
-            }
-            count -= 1;
-            (index, depth) = waiting[count];
-            node = bounds.node(index)?;
-        }
+        count -= 1;
+        (index, depth) = waiting[count];
+        node = bounds.node(index)?;
     }
 }
 
@@ -95,8 +104,7 @@ impl<'a> View<'a> {
     /// The trees over triangles, in the order of their numbers: an error in the place of one whose row of `BLAS` leads out of the records,
     /// which no file has that was opened at [`Validation::Tree`](crate::cache::Validation::Tree).
     ///
-    /// With two levels each is in its mesh's own space, and instances place it: a query in world space goes through the instances, and is
-    /// moved by `world_to_object` for each.
+    /// With two levels each is in its mesh's own space, and instances place it: a query in world space takes [`View::visit`].
     pub fn trees(&self) -> impl Iterator<Item = Result<BlasView<'a>, Malformed>> {
         let view = *self;
         (0..view.blases.len()).map(move |tree| view.blas(tree).ok_or(Malformed::TreeOutOfRange { tree }))

@@ -8,6 +8,7 @@ use crate::compile::Placing;
 use crate::report::file::FileReport;
 use crate::report::info::hex;
 use crate::scene::{ReadReport, Rounding};
+use crate::size::bytes;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -132,7 +133,7 @@ impl Built {
         }
     }
 
-    /// `rock.bvhc  69,451 tris → 84,120 refs (+21.1%), 91,377 nodes, depth 22, SAH 31.4, 3.3 MB, 0.41 s`
+    /// `rock.bvhc  69,451 tris → 84,120 refs (+21.1%), 91,377 nodes, depth 22, SAH 31.4, 3.1 MiB, 0.41 s`
     pub fn line(&self, job: &Job) -> String {
         let counted = figures::counted;
         let tris = |n| counted(n, "tri", "tris");
@@ -146,7 +147,7 @@ impl Built {
         }
         line += &format!(", {}, depth {}", counted(self.nodes, "node", "nodes"), self.max_depth);
         let took = figures::seconds(Duration::from_secs_f64(self.times.total_ms / 1e3));
-        line + &format!(", SAH {}, {}, {took}", figures::cost(self.sah), figures::bytes(self.file_len))
+        line + &format!(", SAH {}, {}, {took}", figures::cost(self.sah), bytes(self.file_len))
     }
 
     /// Phases and memory, for `-v`.
@@ -154,7 +155,7 @@ impl Built {
         let t = &self.times;
         let memory = self.peak_memory.map_or_else(String::new, |m| {
             let each = m.checked_div(self.triangles).map_or_else(String::new, |b| format!(" ({b} bytes per triangle)"));
-            format!(", peak memory {}{each}", figures::bytes(m))
+            format!(", peak memory {}{each}", bytes(m))
         });
         let name = names::path(&job.output);
         format!("{name}: read {:.0} ms, build {:.0} ms, write {:.0} ms{memory}", t.read_ms, t.build_ms, t.write_ms)

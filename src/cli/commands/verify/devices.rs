@@ -43,7 +43,7 @@ pub struct Bench {
 
 pub fn failure(error: &DeviceError) -> Failure {
     let exit = match error {
-        DeviceError::OutOfMemory { .. } => Exit::Limit,
+        DeviceError::OutOfMemory { .. } | DeviceError::TooMany { .. } => Exit::Limit,
         DeviceError::Malformed { .. } => Exit::Negative,
         _ => Exit::Unsupported,
     };
@@ -140,8 +140,9 @@ pub fn list(context: &Context) -> Result<Exit, Failure> {
 
 #[cfg(feature = "opencl")]
 fn described(device: &opencl::DeviceInfo) -> String {
-    use crate::cli::{figures, names};
-    let (memory, buffer) = (figures::bytes(device.global_memory), figures::bytes(device.max_allocation));
+    use crate::cli::names;
+    use crate::size::bytes;
+    let (memory, buffer) = (bytes(device.global_memory), bytes(device.max_allocation));
     let facts = [
         format!("{}, {}", names::escape(&device.vendor), names::escape(&device.opencl_version)),
         format!("{memory} of memory, {buffer} in one buffer"),

@@ -112,7 +112,7 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
         })?;
         return Ok(Held { scene, placed: None });
     };
-    let (read, build) = caches::recorded_with(cache.meta(), args.allow_outside, &args.ignore_extensions, context);
+    let (read, build) = caches::recorded_with(cache.meta(), &args.reading, context);
     let scene = scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
     // Laying out makes no duplicates.
     caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;

@@ -12,7 +12,7 @@ mod ray;
 mod text;
 
 use crate::cli::Context;
-use crate::cli::caches;
+use crate::cli::caches::SourceReading;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
@@ -42,12 +42,8 @@ pub struct VerifyArgs {
     /// The model that the files should hold; without it, their own triangles are taken to be right
     #[arg(long, value_name = "MODEL")]
     source: Option<PathBuf>,
-    /// Let the model name buffers outside its own folder
-    #[arg(long, requires = "source")]
-    allow_outside: bool,
-    /// Read the model as if this glTF extension were not in it; may be given again
-    #[arg(long = "ignore-extension", value_name = "NAME", value_parser = caches::extension_name, requires = "source")]
-    ignore_extensions: Vec<String>,
+    #[command(flatten)]
+    reading: SourceReading,
     /// Where to trace: cpu, opencl, opencl:N or all; may be given again. The CPU traces in any case, since its hits are what the
     /// others are compared with [default: opencl where there is a device, else cpu]
     #[arg(long = "device", value_name = "DEVICE", value_parser = devices::parse)]

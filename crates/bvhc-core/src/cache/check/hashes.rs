@@ -1,17 +1,13 @@
 //! The bytes of each section: hashed as stored, decoded, hashed again.
 
-#[cfg(feature = "zstd")]
-use std::borrow::Cow;
-
 use super::{Limits, check_rows};
-#[cfg(feature = "zstd")]
-use crate::cache::aligned::AlignedBytes;
-use crate::cache::container::{Container, hex};
-use crate::cache::decode::Decoded;
+use crate::cache::container::Container;
+use crate::cache::decode::{Decoded, check_stored, unpack};
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::exec::Executor;
 use crate::layout::{BlasRecord, SectionEntry, SectionKind, section_flags};
+use crate::size;
 
 /// What became of the sections.
 pub struct Sections<'a> {
@@ -41,7 +37,8 @@ pub fn check<'a>(
     let fits = total <= u128::from(limits.max_memory);
     if !fits {
         out.add(&rules::E0127, Place::file(), || {
-            (format!("{} bytes", limits.max_memory), format!("the sections decode to {total} bytes"))
+            let [total, limit] = size::beyond(total, limits.max_memory);
+            (limit, format!("the sections decode to {total}"))
         });
         out.skip("The compressed sections: they are larger than the memory limit.");
     }
@@ -110,10 +107,8 @@ fn check_section<'a>(
     out: &mut Report,
     exec: &Executor,
 ) -> Option<Decoded<'a>> {
-    let at = Place { offset: Some(entry.offset), ..Place::section(entry.kind) };
-    let found = exec.hash(stored);
-    if found != entry.stored_hash {
-        out.add(&rules::E0201, at, || (hex(&entry.stored_hash), hex(&found)));
+    if let Err(damage) = check_stored(entry, stored, exec) {
+        out.add_finding(damage);
         out.skip(format!("Section {}: it is damaged.", entry.kind));
         return None;
     }
@@ -125,38 +120,27 @@ fn check_section<'a>(
         }
         #[cfg(not(feature = "zstd"))]
         SectionEntry::ZSTD if may != May::Nothing => {
-            if entry.is(section_flags::CRITICAL) {
-                let known = "codec 0 (raw), since it was built without its feature `zstd`";
-                out.add(&rules::E0115, at, || (known.into(), "codec 1 (zstd)".into()));
+            if let (true, Err(found)) = (entry.is(section_flags::CRITICAL), unpack(entry, stored, 0, exec)) {
+                out.add_finding(found);
             }
             out.skip(format!("Section {}: bvhc-core was built without its feature `zstd`.", entry.kind));
             None
         }
         #[cfg(feature = "zstd")]
         SectionEntry::ZSTD if may != May::Nothing => {
-            let decoded = match decode(entry, stored, exec) {
-                Ok(decoded) => decoded,
-                Err(detail) => {
-                    out.add(&rules::E0205, at, || ("it must decode as its entry says".into(), detail.into_owned()));
-                    out.skip(format!("Section {}: it cannot be decoded.", entry.kind));
-                    return None;
+            // A length beyond this machine's is refused as one that it has not got the memory for.
+            let raw_len = usize::try_from(entry.raw_len).unwrap_or(usize::MAX);
+            match unpack(entry, stored, raw_len, exec) {
+                Ok(decoded) => Some(Decoded::Owned(decoded)),
+                Err(found) => {
+                    let why =
+                        if found.rule == &rules::E0202 { "decodes to something else" } else { "cannot be decoded" };
+                    out.add_finding(found);
+                    out.skip(format!("Section {}: it {why}.", entry.kind));
+                    None
                 }
-            };
-            let found = exec.hash(decoded.as_slice());
-            if found != entry.raw_hash {
-                out.add(&rules::E0202, at, || (hex(&entry.raw_hash), hex(&found)));
-                out.skip(format!("Section {}: it decodes to something else.", entry.kind));
-                return None;
             }
-            Some(Decoded::Owned(decoded))
         }
         _ => None,
     }
-}
-
-/// The frames are held against `raw_len` before it sizes anything.
-#[cfg(feature = "zstd")]
-fn decode(entry: &SectionEntry, stored: &[u8], exec: &Executor) -> Result<AlignedBytes, Cow<'static, str>> {
-    let len = usize::try_from(entry.raw_len).map_err(|_| "it is too large for this machine")?;
-    crate::cache::pack::unpack(stored, len, exec).map_err(|fault| fault.detail.into())
 }

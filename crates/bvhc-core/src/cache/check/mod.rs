@@ -33,6 +33,7 @@ use super::meta::Meta;
 use super::rules;
 use crate::exec::Executor;
 use crate::layout::{Names, SectionEntry, SectionKind, View, tree_flags};
+use crate::size;
 
 pub use super::container::hex;
 pub use super::report::{Finding, Place, Report};
@@ -145,7 +146,7 @@ fn align(decoded: &mut [Option<Decoded<'_>>], limits: &Limits, out: &mut Report)
         });
         if section.is_none() {
             out.add(&rules::E0127, Place::file(), || {
-                (format!("{} bytes", limits.max_memory), "to align the sections takes more".into())
+                (size::bytes(limits.max_memory).to_string(), "to align the sections takes more".into())
             });
         }
     }

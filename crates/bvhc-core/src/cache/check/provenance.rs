@@ -1,10 +1,9 @@
 //! `META`, `NAMS` and `MATS`: what traversal does not need, but people and build systems do.
 
 use crate::cache::container::{Container, hex};
-use crate::cache::error::FaultClass;
 use crate::cache::meta::Meta;
 use crate::cache::report::{Place, Report};
-use crate::cache::rules::{self, Rule};
+use crate::cache::rules::{self, Rule, Severity};
 use crate::layout::{GeomRecord, Header, MAX_STRING_LEN, SectionEntry, SectionKind};
 
 /// META in its one encoding, and the build key that follows from it.
@@ -21,13 +20,13 @@ pub fn check_meta(bytes: &[u8], header: &Header, out: &mut Report) -> Option<Met
             }
             Some(meta)
         }
-        Err(fault) if fault.class == FaultClass::Unsupported => {
-            out.skip(format!("META: {}.", fault.detail));
+        // A build without the feature `meta` finds nothing wrong with it.
+        Err(unread) if unread.rule.severity() == Severity::Warning => {
+            out.skip(format!("META: {}.", unread.detail()));
             None
         }
-        Err(fault) => {
-            let at = Place::section(SectionKind::META);
-            out.add(&rules::E0206, at, || ("META must be in its one encoding".into(), fault.detail));
+        Err(breach) => {
+            out.add_finding(breach);
             None
         }
     }

@@ -21,6 +21,23 @@ pub fn is_known_codec(codec: u8) -> bool {
     matches!(codec, SectionEntry::RAW | SectionEntry::ZSTD)
 }
 
+/// The values of W0101 for a section that may be skipped and cannot be read: what is known, and what this is.
+pub fn unread(entry: &SectionEntry) -> (String, String) {
+    let known_kinds = KINDS.map(|rule| rule.kind.to_string()).join(", ");
+    let SectionEntry { kind, ordinal, schema, codec, .. } = entry;
+    (known_kinds, format!("{kind} {ordinal} schema {schema} codec {codec}"))
+}
+
+/// The values of E0115: the codecs that this build of the crate decodes, and the entry's.
+pub fn undecodable(entry: &SectionEntry) -> (String, String) {
+    let known = match cfg!(feature = "zstd") {
+        true => "codec 0 (raw) and codec 1 (zstd)",
+        false => "codec 0 (raw), since it was built without its feature `zstd`",
+    };
+    let name = if entry.codec == SectionEntry::ZSTD { " (zstd)" } else { "" };
+    (known.into(), format!("codec {}{name}", entry.codec))
+}
+
 /// What one entry says by itself; whether its section may be read.
 pub fn check(entry: &SectionEntry, at: Place, out: &mut impl Sink) -> ControlFlow<(), bool> {
     let mut sound = true;
@@ -34,17 +51,19 @@ pub fn check(entry: &SectionEntry, at: Place, out: &mut impl Sink) -> ControlFlo
 
     // Refuse by name what must be understood and is not; say what is left out.
     let critical = entry.is(section_flags::CRITICAL);
-    let name = || format!("{} {} schema {} codec {}", entry.kind, entry.ordinal, entry.schema, entry.codec);
-    let known_kinds = || KINDS.map(|k| k.kind.to_string()).join(", ");
     match known(entry) {
-        None if critical => refuse(&rules::E0113, known_kinds(), name())?,
+        None if critical => {
+            let (known_kinds, name) = unread(entry);
+            refuse(&rules::E0113, known_kinds, name)?;
+        }
         Some(rule) if critical && rule.schema != entry.schema => {
             refuse(&rules::E0114, format!("schema {}", rule.schema), format!("schema {}", entry.schema))?;
         }
         _ if critical && !is_known_codec(entry.codec) => {
-            refuse(&rules::E0115, "codec 0 (raw) and codec 1 (zstd)".into(), format!("codec {}", entry.codec))?;
+            let (known_codecs, codec) = undecodable(entry);
+            refuse(&rules::E0115, known_codecs, codec)?;
         }
-        _ if !is_understood(entry) => out.breach(&rules::W0101, at, || (known_kinds(), name()))?,
+        _ if !is_understood(entry) => out.breach(&rules::W0101, at, || unread(entry))?,
         _ => {}
     }
     sound &= check_lengths(entry, at, out)?;

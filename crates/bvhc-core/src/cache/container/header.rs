@@ -3,8 +3,7 @@ use std::ops::ControlFlow;
 use bytemuck::{Zeroable, bytes_of_mut};
 
 use super::{First, Sink, hex};
-use crate::cache::error::Fault;
-use crate::cache::report::Place;
+use crate::cache::report::{Finding, Place};
 use crate::cache::rules;
 use crate::layout::{Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MINOR, required_features, tree_flags};
 
@@ -76,7 +75,7 @@ fn check_version(header: &Header, out: &mut impl Sink) -> ControlFlow<(), bool> 
 ///
 /// # Errors
 /// The first breach of the rule.
-pub fn check_tree_flags(flags: u32) -> Result<(), Fault> {
+pub fn check_tree_flags(flags: u32) -> Result<(), Finding> {
     let mut first = First::default();
     _ = tree_flags_hold(flags, &mut first);
     first.result()

@@ -17,11 +17,12 @@ mod table;
 
 use std::ops::ControlFlow;
 
-use super::error::Fault;
-use super::report::{Place, Report};
+use super::report::{Finding, Place, Report};
 use super::{keys, rules};
 use crate::layout::{Header, SectionEntry, SectionKind, tree_flags};
 
+#[cfg(not(feature = "zstd"))]
+pub use entry::undecodable;
 pub use entry::{is_known_codec, is_understood};
 pub use header::check_tree_flags;
 pub use sink::{First, Sink};
@@ -43,12 +44,12 @@ impl Container {
     ///
     /// # Errors
     /// The first breach of a rule.
-    pub fn parse(file: &[u8]) -> Result<Container, Fault> {
+    pub fn parse(file: &[u8]) -> Result<Container, Finding> {
         let mut first = First::default();
         let container = Container::walk(file, &mut first);
         first.result()?;
         // A walk that finds no breach has read everything.
-        container.ok_or_else(|| Fault::breach(&rules::E0110, Place::file(), "readable", "nowhere"))
+        container.ok_or_else(|| Finding::new(&rules::E0110, Place::file(), "readable".into(), "nowhere".into()))
     }
 
     /// Read header and table, and collect every breach. `None` where there is nothing that could be read on from.
@@ -135,7 +136,7 @@ impl Container {
     /// [`Container::check_counts`] the reader's way: up to the first breach.
     ///
     /// Parsing does not ask this itself, so that a file whose sections are too large is refused for that first.
-    pub fn check_head(&self) -> Result<(), Fault> {
+    pub fn check_head(&self) -> Result<(), Finding> {
         let mut first = First::default();
         _ = self.check_counts(&mut first);
         first.result()
@@ -156,20 +157,10 @@ fn walk(file: &[u8], out: &mut impl Sink) -> ControlFlow<(), Container> {
 }
 
 /// Why the META of a file cannot be read by this version, if there is one that cannot.
-pub fn later_meta(entries: &[SectionEntry]) -> Option<String> {
+pub fn later_meta(entries: &[SectionEntry]) -> Option<Finding> {
     let entry = entries.iter().find(|e| e.kind == SectionKind::META && e.ordinal == 0 && !is_understood(e))?;
-    let (schema, codec) = (entry.schema, entry.codec);
-    Some(format!("META has schema {schema} and codec {codec}, which this bvhc does not know (W0101)"))
-}
-
-/// The file may be sound, but this build of the crate decodes no compressed sections.
-#[cfg(not(feature = "zstd"))]
-pub fn no_zstd(entry: &SectionEntry) -> Fault {
-    let kind = entry.kind;
-    Fault::unsupported(
-        "E0115",
-        format!("section {kind} is compressed by zstd, and bvhc-core was built without its feature `zstd`"),
-    )
+    let (known, found) = entry::unread(entry);
+    Some(Finding::new(&rules::W0101, Place::section(entry.kind), known, found))
 }
 
 /// Where entry `i` of the table stands.

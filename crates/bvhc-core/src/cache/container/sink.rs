@@ -1,7 +1,6 @@
 use std::ops::ControlFlow;
 
-use crate::cache::error::Fault;
-use crate::cache::report::{Place, Report};
+use crate::cache::report::{Finding, Place, Report};
 use crate::cache::rules::{Rule, Severity};
 
 /// What becomes of the breaches that the walk over a container finds.
@@ -22,11 +21,11 @@ pub trait Sink {
 
 /// The reader's sink: the first error ends the walk, and warnings are no matter.
 #[derive(Default)]
-pub struct First(Option<Fault>);
+pub struct First(Option<Finding>);
 
 impl First {
     /// The error, if there was one.
-    pub fn result(self) -> Result<(), Fault> {
+    pub fn result(self) -> Result<(), Finding> {
         self.0.map_or(Ok(()), Err)
     }
 }
@@ -42,7 +41,7 @@ impl Sink for First {
             return ControlFlow::Continue(());
         }
         let (expected, actual) = values();
-        self.0 = Some(Fault::breach(rule, place, &expected, &actual));
+        self.0 = Some(Finding::new(rule, place, expected, actual));
         ControlFlow::Break(())
     }
 

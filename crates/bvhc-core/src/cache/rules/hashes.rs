@@ -6,7 +6,7 @@ const DAMAGE: &str = "A bit flipped in storage or transfer, or something edited 
 
 rules! {
     E0201 "stored-hash", "a section's bytes do not have the hash that the table states",
-        "the BLAKE3 hash must be {expected}, the stored bytes have {actual}", "9-hashes-and-keys",
+        "the BLAKE3 hash must be {expected}, the stored bytes have {actual}: the file is damaged", "9-hashes-and-keys",
         means "The section is not what was written. It is neither decompressed nor looked into.", because DAMAGE, remedy Rebuild;
     E0202 "raw-hash", "a section's decoded bytes do not have the hash that the table states",
         "the BLAKE3 hash must be {expected}, the decoded bytes have {actual}", "9-hashes-and-keys",

@@ -3,12 +3,13 @@ use std::sync::atomic::Ordering;
 
 use super::Frames;
 use super::pose::Posed;
+use crate::cache::Validation;
 use crate::cache::check::{self, Limits};
 use crate::cache::container::First;
-use crate::cache::decode::{Decoded, check_hash, unpack};
+use crate::cache::decode::{Decoded, check_stored, unpack};
 use crate::cache::error::{CacheError, Fault};
-use crate::cache::report::Place;
-use crate::cache::{Validation, rules};
+use crate::cache::report::{Finding, Place};
+use crate::cache::rules::{self, Rule};
 use crate::exec::Executor;
 use crate::layout::{
     BlasRecord, FrameRecord, GeomRecord, InstanceRecord, Node, SectionEntry, SectionKind, TriangleRecord, View,
@@ -84,15 +85,14 @@ impl Frames<'_> {
     /// # Errors
     /// As [`Sequence::frame`](Frames::frame).
     pub fn frame_on(&self, index: usize, exec: &Executor) -> Result<Frame<'_>, CacheError> {
-        self.assemble(index, exec).map_err(|fault| fault.of(&format!("frame {index}")))
+        let frames = self.frame_count();
+        let Some(record) = self.frames().get(index) else { return Err(CacheError::NoFrame { frame: index, frames }) };
+        self.assemble(index, *record, exec).map_err(|fault| fault.of(&format!("frame {index}")))
     }
 
-    fn assemble(&self, index: usize, exec: &Executor) -> Result<Frame<'_>, Fault> {
-        let refuse = |rule, place, expected: String, actual: String| Fault::breach(rule, place, &expected, &actual);
-        let count = self.frame_count();
-        let Some(record) = self.frames().get(index).copied() else {
-            let text = format!("there are {count} frames, and frame {index} (counted from 0) was asked for");
-            return Err(Fault::invalid(rules::E0703.id, text));
+    fn assemble(&self, index: usize, record: FrameRecord, exec: &Executor) -> Result<Frame<'_>, Fault> {
+        let refuse = |rule: &'static Rule, place, expected: String, actual: String| {
+            Fault::from(Finding::new(rule, place, expected, actual))
         };
         let at = Place::record(SectionKind::FRAM, index as u64);
         let Some([tnod, inst]) = self.placements.get(record.placement as usize).copied() else {
@@ -200,7 +200,10 @@ impl Frames<'_> {
             })
         });
         // Opening asked the rows, so that this finds nothing.
-        found.ok_or_else(|| Fault::invalid(rules::E0702.id, "a pose reaches beyond its block or its topology"))
+        found.ok_or_else(|| {
+            let (expected, actual) = ("records of its block and its topology", "it reaches beyond them");
+            Finding::new(&rules::E0702, Place::section(SectionKind::POSE), expected.into(), actual.into()).into()
+        })
     }
 
     /// A section's decoded bytes, held against its hash as the level asks: the stored ones once, those that are decoded each time.
@@ -210,18 +213,18 @@ impl Frames<'_> {
         let packed = entry.codec == SectionEntry::ZSTD;
         let hashed = &self.hashed[index];
         if (packed || self.validation() >= Validation::Hash) && !hashed.load(Ordering::Acquire) {
-            check_hash("E0201", entry, stored, &entry.stored_hash, exec)?;
+            check_stored(entry, stored, exec)?;
             hashed.store(true, Ordering::Release);
         }
         if !packed {
             return Ok(Decoded::InFile(stored));
         }
-        let too_large = || Fault::memory(entry.raw_len.into(), self.max_memory);
+        let too_large = || Fault::Memory { needed: entry.raw_len.into(), limit: self.max_memory };
         let raw_len = usize::try_from(entry.raw_len).map_err(|_| too_large())?;
         if entry.raw_len > self.max_memory {
             return Err(too_large());
         }
-        unpack(entry, stored, raw_len, exec).map(Decoded::Owned)
+        Ok(Decoded::Owned(unpack(entry, stored, raw_len, exec)?))
     }
 }
 

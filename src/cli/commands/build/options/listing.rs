@@ -58,13 +58,20 @@ pub fn defaults(row: &OptionInfo) -> String {
         .join(", ")
 }
 
-/// What to type instead of a flag that there is not, if it was meant for an option without one.
+/// Flags that have another name now, with that and their values.
+const RENAMED: [(&str, &str, &str); 1] = [("--animation", "--clip", "NAME|NUMBER")];
+
+/// What to type instead of a flag that there is not, if it was renamed, or meant for an option without one.
 pub fn instead_of(error: &Error) -> Option<Failure> {
     let context = |kind| error.get(kind).map(ToString::to_string).unwrap_or_default();
     if error.kind() != ErrorKind::UnknownArgument || !context(ContextKind::Usage).contains("bvhc build") {
         return None;
     }
     let typed = context(ContextKind::InvalidArg);
+    if let Some((_, now, value)) = RENAMED.iter().find(|(flag, ..)| *flag == typed) {
+        let failure = Failure::new(Exit::Usage, format!("cannot read {typed}"));
+        return Some(failure.fact(format!("it is called {now} now")).help(format!("write {now} {value}")));
+    }
     let word = typed.strip_prefix("--")?;
     let (word, switched) = word.strip_prefix("no-").map_or((word, "true"), |word| (word, "false"));
 

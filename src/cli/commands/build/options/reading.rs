@@ -2,13 +2,13 @@
 
 use super::choice;
 use crate::build::Named;
+use crate::cli::advice;
 use crate::cli::caches::extension_name;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::scene::{AnimationChoice, Degenerate, Format, Moment, ReadOptions, Seconds};
 use clap::Args;
-use std::collections::BTreeSet;
 use std::path::Path;
 
 /// How models are read.
@@ -24,10 +24,10 @@ pub struct ReadArgs {
     /// The glTF scene to build; default: the one that the file names
     #[arg(long, value_name = "N")]
     pub scene: Option<u32>,
-    /// Pose a glTF model by this animation (clip), at --time or else at its first key
+    /// Pose a glTF model by this clip (animation), at --time or else at its first key
     #[arg(long, value_name = "NAME|NUMBER", value_parser = animation_choice)]
-    pub animation: Option<AnimationChoice>,
-    /// Pose a glTF model at this time of --animation, or else of its only animation
+    pub clip: Option<AnimationChoice>,
+    /// Pose a glTF model at this time of --clip, or else of its only animation
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub time: Option<Seconds>,
     /// Read glTF as if this extension were not in the file, even where the file requires it; may be given again
@@ -61,18 +61,13 @@ impl ReadArgs {
     pub fn resolve(&self) -> ReadOptions {
         let (degenerate, allow_outside, scene, vertices) =
             (self.degenerate, self.allow_outside, self.scene, self.vertices);
-        let (ignore_extensions, moment) = (self.ignored(), self.moment());
+        let (ignore_extensions, moment) = (self.ignore_extensions.clone(), self.moment());
         ReadOptions { degenerate, allow_outside, scene, moment, ignore_extensions, vertices, ..ReadOptions::default() }
     }
 
     fn moment(&self) -> Option<Moment> {
-        let is_posed = self.animation.is_some() || self.time.is_some();
-        is_posed.then(|| Moment { animation: self.animation.clone().unwrap_or_default(), time: self.time })
-    }
-
-    /// The names in one order, each once, however they were given.
-    fn ignored(&self) -> Vec<String> {
-        self.ignore_extensions.iter().cloned().collect::<BTreeSet<_>>().into_iter().collect()
+        let is_posed = self.clip.is_some() || self.time.is_some();
+        is_posed.then(|| Moment { animation: self.clip.clone().unwrap_or_default(), time: self.time })
     }
 
     /// Refuse to choose a scene or an animation of a model that has none to choose from. `content` is the model itself where it came from standard input.
@@ -80,7 +75,7 @@ impl ReadArgs {
     pub fn suit(&self, model: &Path, content: Option<&[u8]>) -> Result<(), Failure> {
         let chosen = [
             ("--scene", "scenes", self.scene.map(|number| format!("--scene {number}"))),
-            ("--animation", "animations", self.animation.as_ref().map(|_| "--animation".to_owned())),
+            ("--clip", "animations", self.clip.as_ref().map(|_| "--clip".to_owned())),
             ("--time", "animations", self.time.map(|time| format!("--time {time}"))),
         ];
         let chosen = chosen.into_iter().find_map(|(flag, things, given)| Some((flag, things, given?)));
@@ -92,9 +87,13 @@ impl ReadArgs {
         if format != Some(Format::Obj) {
             return Ok(());
         }
+        let cut = match &self.clip {
+            Some(AnimationChoice::Name(name)) if flag == "--clip" => advice::cut(name),
+            _ => None,
+        };
         Err(Failure::new(Exit::Usage, format!("cannot read {} with {given}", names::path(model)))
             .fact(format!("it is an OBJ model, which has no {things}; only glTF models have"))
-            .help(format!("leave out {flag}")))
+            .help(cut.unwrap_or_else(|| format!("leave out {flag}"))))
     }
 }
 

@@ -239,7 +239,7 @@ mod tests {
             "--split-budget nan",
             "--reinsert -1",
             "--adapt 1048577",
-            "--presplit 64",
+            "-O presplit=64",
             "--axes two",
             "-O max-leaf=0",
             "-O sah-trav=0",
