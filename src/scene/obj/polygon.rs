@@ -12,7 +12,35 @@ pub(super) const MAX_CORNERS: usize = 1 << 14;
 /// have 65,000 faces of a thousand corners or 256 of the most, which take some three minutes at worst; without it a file
 /// of 100 MB could take half an hour.
 const LARGE: u64 = 1 << 10;
-pub(super) const MAX_LARGE_WORK: u64 = 1 << 36;
+const MAX_LARGE_WORK: u64 = 1 << 36;
+
+/// How much cutting the large faces of a file takes.
+#[derive(Debug)]
+pub(super) struct LargeFaces {
+    work: u64,
+    allowance: u64,
+}
+
+impl Default for LargeFaces {
+    fn default() -> LargeFaces {
+        LargeFaces { work: 0, allowance: MAX_LARGE_WORK }
+    }
+}
+
+impl LargeFaces {
+    /// Whether the allowance still has room for a face of so many corners, which it then takes.
+    pub fn afford(&mut self, corners: u64) -> bool {
+        if corners > LARGE {
+            self.work = self.work.saturating_add(corners.saturating_mul(corners));
+        }
+        self.work <= self.allowance
+    }
+
+    /// How much there may be in all.
+    pub fn allowance(&self) -> u64 {
+        self.allowance
+    }
+}
 
 /// Cuts polygons without holes, reusing its buffers. Every polygon of `n` corners gives exactly `n - 2` triangles, all with
 /// the polygon's winding and all of its corners used, so that no corner lies on a neighbour's edge unshared.
@@ -20,23 +48,11 @@ pub(super) struct Triangulator {
     earcut: Earcut<f64>,
     flat: Vec<[f64; 2]>,
     ears: Vec<u32>,
-    large_work: u64,
-    /// How much `large_work` may become.
-    pub allowance: u64,
 }
 
 impl Triangulator {
-    /// `allowance` is [`MAX_LARGE_WORK`] but in tests.
-    pub fn new(allowance: u64) -> Triangulator {
-        Triangulator { earcut: Earcut::default(), flat: Vec::new(), ears: Vec::new(), large_work: 0, allowance }
-    }
-
-    /// Whether the allowance for large faces still has room for one of so many corners, which it then takes.
-    pub fn afford(&mut self, corners: u64) -> bool {
-        if corners > LARGE {
-            self.large_work = self.large_work.saturating_add(corners.saturating_mul(corners));
-        }
-        self.large_work <= self.allowance
+    pub fn new() -> Triangulator {
+        Triangulator { earcut: Earcut::default(), flat: Vec::new(), ears: Vec::new() }
     }
 
     /// Append the triangles of one face, which have the numbers of its corners, from 0. `corners` index `positions`; fewer than three give nothing.
