@@ -5,9 +5,11 @@ replaced by one of another type, and each required field is taken out: all of th
 """
 
 import argparse
+import base64
 import copy
 import json
 import shutil
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -66,6 +68,13 @@ def documents(tool, scratch):
             assert lines, "%s printed no error: %s" % (label, done.stderr)
             yield from ((label + " (stderr)", json.loads(line)) for line in lines)
 
+    # A statement that is not known, and a model that stands at a moment of an animation.
+    (scratch / "odd.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nF 1 2 3\n", encoding="utf-8")
+    (scratch / "moves.gltf").write_text(json.dumps(moving()), encoding="utf-8")
+    yield from run("build", "odd.obj", "moves.gltf", "-n", "-o", "odd/")
+    yield from run("build", "odd.obj", "-o", "odd.bvhc")
+    yield from run("build", "moves.gltf", "-o", "moves.bvhc", "--animation", "Rise", "--time", "1.5")
+    yield from run("info", "odd.bvhc", "moves.bvhc")
     models = [SAMPLES / "pillar.obj", SAMPLES / "forest.gltf"]
     yield from run("build", *models, "-n", "-o", "out/")
     yield from run("build", *models, "missing.obj", "-o", "out/", errors=True)
@@ -89,10 +98,28 @@ def documents(tool, scratch):
     yield from run("verify", "--list-devices")
 
 
+def moving():
+    """A triangle that rises from 1 s to 2 s."""
+    floats = struct.pack("<17f", 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 2, 0, 0, 0, 0, 0, 1)
+    views, accessors = [], []
+    for kind, count, offset, length in (("VEC3", 3, 0, 36), ("SCALAR", 2, 36, 8), ("VEC3", 2, 44, 24)):
+        accessors.append({"bufferView": len(views), "componentType": 5126, "type": kind, "count": count})
+        views.append({"buffer": 0, "byteOffset": offset, "byteLength": length})
+    channel = {"sampler": 0, "target": {"node": 0, "path": "translation"}}
+    return {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": 68, "uri": "data:;base64," + base64.b64encode(floats).decode()}],
+        "bufferViews": views,
+        "accessors": accessors,
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0}],
+        "animations": [{"name": "Rise", "channels": [channel], "samplers": [{"input": 1, "output": 2}]}],
+    }
+
+
 def break_a_box(scratch, path):
     """The file with a box that is too small, every hash made right again: verify must find a wrong hit and blame a record."""
     import blake3
-    import struct
 
     data = bytearray(path.read_bytes())
     count, table = struct.unpack_from("<I", data, 40)[0], struct.unpack_from("<Q", data, 48)[0]

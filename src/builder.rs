@@ -205,9 +205,11 @@ impl Build {
             None => recipe.options.extend(ReadOptions::effective_of_arrays(vertices)),
         }
         let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
+        let posed = scene.posed.iter().map(ToString::to_string).collect();
         let accel = compile(scene, &options, &exec, progress)?;
         let image = Image::of_compiled(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
-        let meta = Meta { notes: accel.notes, ..cache::provenance(recipe, &inputs, &report) };
+        let notes = [posed, accel.notes].concat();
+        let meta = Meta { notes, ..cache::provenance(recipe, &inputs, &report) };
         Ok(Built { image, meta, exec })
     }
 

@@ -9,7 +9,7 @@ use std::path::{Component, Path, PathBuf};
 use super::keys::{InputHash, Recipe};
 use super::{CacheError, Dependency, Head, Meta, OpenOptions};
 use crate::exec::Executor;
-use crate::layout::SectionKind;
+use crate::layout::{SectionEntry, SectionKind};
 use crate::scene::asks_for_vertices;
 
 /// What [`freshness`] found.
@@ -74,6 +74,17 @@ pub enum Staleness {
         /// Its type.
         kind: SectionKind,
     },
+    /// A section of a kind that is known here, in a layout, under a number or by a codec that is not: readers of this version pass it over.
+    Layout {
+        /// Its type.
+        kind: SectionKind,
+        /// Its number among those of its type.
+        ordinal: u32,
+        /// Its layout version.
+        schema: u16,
+        /// How it is stored.
+        codec: u8,
+    },
     /// Everything that META says agrees, but the key in the header is another.
     Key,
 }
@@ -91,6 +102,12 @@ impl fmt::Display for Staleness {
             Staleness::InputMissing { name } => write!(f, "{name} cannot be read"),
             Staleness::InputChanged { name } => write!(f, "{name} changed"),
             Staleness::Section { kind } => write!(f, "the section {kind} is missing"),
+            Staleness::Layout { kind, ordinal, schema, codec } => {
+                write!(
+                    f,
+                    "the section {kind} {ordinal} has schema {schema} and codec {codec}, which this version does not write"
+                )
+            }
             Staleness::Key => write!(f, "the build key is another"),
         }
     }
@@ -118,6 +135,7 @@ fn compare_bytes(path: &Path, model: &[u8], recipe: &Recipe, exec: &Executor) ->
     let head = read_head(path)?;
     let meta = meta_of(&head)?;
     compare_recipe(meta, recipe)?;
+    is_understood(&head)?;
     has_what_was_asked(&head, recipe)?;
     let blake3 = exec.hash(model);
     let input = InputHash { role: Dependency::MODEL, len: model.len() as u64, blake3 };
@@ -146,6 +164,7 @@ fn compare(path: &Path, model: &Path, recipe: &Recipe, exec: &Executor) -> Resul
     let head = read_head(path)?;
     let meta = meta_of(&head)?;
     compare_recipe(meta, recipe)?;
+    is_understood(&head)?;
     has_what_was_asked(&head, recipe)?;
 
     // Hash the inputs in the order of the key.
@@ -180,6 +199,20 @@ fn compare_recipe(meta: &Meta, recipe: &Recipe) -> Result<(), Staleness> {
         }
     }
     Ok(())
+}
+
+/// A section that readers of this version pass over is none that a build would write. Kinds that are not known here are other programs' own.
+fn is_understood(head: &Head) -> Result<(), Staleness> {
+    let is_other = |s: &&SectionEntry| {
+        let known_codec = matches!(s.codec, SectionEntry::RAW | SectionEntry::ZSTD);
+        s.kind.rule().is_some_and(|rule| s.schema != rule.schema || s.ordinal >= rule.ordinals || !known_codec)
+    };
+    match head.sections.iter().find(is_other) {
+        Some(&SectionEntry { kind, ordinal, schema, codec, .. }) => {
+            Err(Staleness::Layout { kind, ordinal, schema, codec })
+        }
+        None => Ok(()),
+    }
 }
 
 /// Sections that may be left out may have been left out by another program, which copied META as it was.

@@ -21,6 +21,8 @@ pub fn provenance(recipe: Recipe, inputs: &[InputFile], report: &ReadReport) -> 
     ];
     // Few models have any of these, and files of the others do not name them.
     let seldom = [
+        ("out_of_range_triangles", report.out_of_range_triangles),
+        ("unknown_statements", report.unknown_statements),
         ("out_of_range_instances", report.out_of_range_instances),
         ("unplayed_animations", report.unplayed_animations),
         ("unknown_channels", report.unknown_channels),

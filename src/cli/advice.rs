@@ -25,6 +25,7 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
             Resemblance::LfsPointer => "it is a Git LFS pointer; fetch the file that it stands for: git lfs pull",
             Resemblance::WebPage => "it looks like a web page; download the file itself once more",
             Resemblance::Capitals => "keywords of OBJ are in small letters; export the model once more",
+            Resemblance::Utf16 => "save it as UTF-8, for example with: iconv -f UTF-16 -t UTF-8 MODEL > MODEL2",
             Resemblance::Json => "it looks like a glTF; name it so: *.gltf",
             Resemblance::Nothing => "export the model once more as OBJ or glTF",
         },
@@ -32,6 +33,14 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
         SceneError::NoSuchAnimation { asked: AnimationChoice::Name(name), .. } if cut(name).is_some() => {
             return cut(name);
         }
+        SceneError::Malformed { line: Some(line), .. } => {
+            return Some(format!("correct line {line}, or export the model once more"));
+        }
+        SceneError::Malformed { .. } => {
+            "export the model once more; all that is wrong with a glTF is listed by: npx @gltf-transform/cli validate MODEL"
+        }
+        SceneError::TooMany { line: Some(_), .. } => "export the model in triangles, or divide such faces before",
+        SceneError::TooMany { .. } => "split the model into several",
         SceneError::NoSuchAnimation { count: 0, .. } => {
             "what has no animations stands at rest: leave out --clip and --time"
         }

@@ -59,6 +59,8 @@ fn bytes_by_plan(scene: &Scene, plan: &Plan, options: &BuildOptions) -> u64 {
 ///
 /// The result depends on `scene` and `options` alone, not on the executor. Meshes that no instance names and instances
 /// of meshes without triangles hold nothing that a ray can hit: they are left out, and the others keep their order.
+///
+/// An option that the method does not read changes nothing here; [`BuildOptions::refuse_unread`] tells of it.
 pub fn compile(
     scene: Scene,
     options: &BuildOptions,

@@ -4,6 +4,7 @@
 //! flag words are given as numbers and as the names of their known bits.
 
 use crate::cache::{Dependency, Header, Meta, SectionEntry, section_flags, tree_flags};
+use crate::scene::{AnimationChoice, Moment, ReadOptions};
 use serde::Serialize;
 
 /// Header, section table and, where present, META of one file.
@@ -142,6 +143,9 @@ pub struct MetaInfo {
     pub builder_revision: u32,
     /// Every effective option, in the build key's order.
     pub options: Vec<OptionInfo>,
+    /// The moment of an animation that the model stands at, as its options say; `None` for one at rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moment: Option<MomentInfo>,
     /// The files that the trees were made from, in the order of first use.
     pub inputs: Vec<InputInfo>,
     /// What reading dropped or repaired.
@@ -158,6 +162,18 @@ pub struct OptionInfo {
     pub name: String,
     /// Text that two different values never share.
     pub value: String,
+}
+
+/// What a build asked of a model's animations.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct MomentInfo {
+    /// Name of the animation, where it was chosen by that.
+    pub animation: Option<String>,
+    /// Its number, where it was chosen by that. Where neither is there, it is the model's only animation.
+    pub animation_number: Option<u32>,
+    /// Seconds; `None` for its first key.
+    pub time: Option<f64>,
 }
 
 /// A file that the trees were made from.
@@ -261,11 +277,23 @@ impl From<&Meta> for MetaInfo {
             tool_version: m.tool_version.clone(),
             method: m.method.clone(),
             builder_revision: m.builder_revision,
+            moment: ReadOptions::recorded(&m.options).moment.map(Into::into),
             options: m.options.iter().map(option).collect(),
             inputs: m.dependencies.iter().map(InputInfo::from).collect(),
             read_counts: m.read_counts.iter().map(count).collect(),
             notes: m.notes.clone(),
         }
+    }
+}
+
+impl From<Moment> for MomentInfo {
+    fn from(m: Moment) -> MomentInfo {
+        let (animation, animation_number) = match m.animation {
+            AnimationChoice::Only => (None, None),
+            AnimationChoice::Number(number) => (None, Some(number)),
+            AnimationChoice::Name(name) => (Some(name), None),
+        };
+        MomentInfo { animation, animation_number, time: m.time.map(|time| time.get()) }
     }
 }
 

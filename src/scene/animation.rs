@@ -26,11 +26,11 @@ pub enum AnimationChoice {
 }
 
 /// A finite time in seconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd, serde::Serialize)]
 pub struct Seconds(f64);
 
 /// One of a glTF model's animations.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Animation {
     /// Its number in the file, counted from 0.
@@ -42,7 +42,7 @@ pub struct Animation {
 }
 
 /// When the keys of an animation are, over everything that it moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct KeyTimes {
     /// The first, in seconds, as the file has it.
@@ -56,7 +56,7 @@ pub struct KeyTimes {
 }
 
 /// The moment at which a scene was posed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Posed {
     /// The animation.
@@ -100,6 +100,28 @@ impl KeyTimes {
     pub fn holds_at(&self, time: Seconds) -> bool {
         let time = time.get() as f32;
         time < self.first || time > self.last
+    }
+}
+
+impl Posed {
+    /// Whether the animation shows something at the time: it moves the scene, and the time does not lie outside of its keys.
+    pub fn is_within(&self) -> bool {
+        self.animation.keys.is_some_and(|keys| !keys.holds_at(self.time))
+    }
+}
+
+/// `animation 1 'Walk' at 0.5 s (18 keys from 0 to 0.70833331 s, 24 a second)`, and what is else to be said.
+impl fmt::Display for Posed {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Posed { animation, time } = self;
+        match animation.keys {
+            None => write!(f, "{animation} moves nothing of the scene"),
+            Some(keys) if keys.holds_at(*time) => {
+                let which = if time.get() < f64::from(keys.first) { "first" } else { "last" };
+                write!(f, "{animation} holds its {which} value at {time} s ({keys})")
+            }
+            Some(keys) => write!(f, "{animation} at {time} s ({keys})"),
+        }
     }
 }
 

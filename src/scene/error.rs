@@ -83,8 +83,8 @@ pub enum SceneError {
     },
     /// [`Degenerate::Error`](super::Degenerate::Error) and triangles that it refuses.
     #[error(
-        "cannot read {}\n  it has {degenerate} triangles without area and {non_finite} with NaN or infinite positions; the \
-         first is triangle {first} of {mesh}",
+        "cannot read {}\n  it has {degenerate} triangles without area, {non_finite} with NaN or infinite positions and {out_of_range} with \
+         positions beyond the range of f32; the first is triangle {first} of {mesh}",
         path.display()
     )]
     Degenerate {
@@ -94,6 +94,8 @@ pub enum SceneError {
         degenerate: u64,
         /// Triangles with NaN or infinite corners.
         non_finite: u64,
+        /// Triangles with corners that `f32` cannot hold.
+        out_of_range: u64,
         /// Number of the first of them in its mesh.
         first: u64,
         /// That mesh.
@@ -151,11 +153,13 @@ pub enum SceneError {
         /// Bytes that may be used.
         limit: u64,
     },
-    /// More than 32-bit numbers count.
-    #[error("cannot read {}\n  {what}; the limit is {limit}", path.display())]
+    /// More than 32-bit numbers count, or than can be cut.
+    #[error("cannot read {}\n  {what}; the limit is {limit}", At(path, *line))]
     TooMany {
         /// The model.
         path: PathBuf,
+        /// The line, where one alone is too much.
+        line: Option<u64>,
         /// What there is too much of, with its number.
         what: String,
         /// The largest number.

@@ -164,6 +164,9 @@ pub struct ReadReport {
     pub degenerate_triangles: u64,
     /// Triangles that use a NaN or infinite position; always dropped unless the policy is `error`.
     pub non_finite_triangles: u64,
+    /// Triangles of an OBJ with a coordinate that is a number and beyond the range of `f32`; they are treated as those of
+    /// `non_finite_triangles`, and not among them.
+    pub out_of_range_triangles: u64,
     /// Positions that no triangle uses.
     pub unreferenced_positions: u64,
     /// Lines, points and other things that a triangle hierarchy cannot hold: OBJ statements (`l`, `p`, curves, faces of fewer
@@ -173,8 +176,13 @@ pub struct ReadReport {
     pub singular_instances: u64,
     /// Instances that stand or reach beyond the range of `f32`, where no file can place them.
     pub out_of_range_instances: u64,
-    /// The largest coordinate or matrix entry among these; 0 if there are none.
+    /// The largest coordinate or matrix entry among these and the triangles out of range; 0 if there are none.
     pub largest_magnitude: f64,
+    /// Statements of an OBJ with a keyword that is not known: a keyword in capitals, the mark of an unfinished merge, a file to be read in
+    /// their place (`call`).
+    pub unknown_statements: u64,
+    /// The first of these.
+    pub first_unknown_statement: Option<Statement>,
     /// glTF animations of a model of which none is played, so that everything stands at rest. Where one is played, the others
     /// are not counted.
     pub unplayed_animations: u64,
@@ -195,6 +203,16 @@ pub struct ReadReport {
     /// glTF extensions that may place triangles and are not heeded: those that the caller ignores though the file requires them, and those
     /// that are not honoured and that the file does not require.
     pub ignored_extensions: Vec<String>,
+}
+
+/// A statement of an OBJ.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
+pub struct Statement {
+    /// Number of its line, counted from 1.
+    pub line: u64,
+    /// Its first word, shortened where it is long.
+    pub word: String,
 }
 
 impl Instance {

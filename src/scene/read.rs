@@ -1,5 +1,5 @@
 use super::source::{Progress, Source};
-use super::{Animation, Format, ReadOptions, Scene, SceneError, gltf, obj, sanitize};
+use super::{Animation, Format, ReadOptions, Resemblance, Scene, SceneError, gltf, obj, sanitize};
 use crate::exec::Executor;
 use std::path::{Path, PathBuf};
 
@@ -54,6 +54,9 @@ fn folder_of(path: &Path) -> Option<PathBuf> {
 }
 
 fn format_of(bytes: &[u8], given: Option<Format>, source: &Source) -> Result<Format, SceneError> {
+    if let Some(resembles) = Resemblance::of_wide_text(bytes) {
+        return Err(SceneError::InPlaceOfData { path: source.path.to_owned(), what: "the file".into(), resembles });
+    }
     let unknown = || SceneError::UnknownFormat { path: source.path.to_owned() };
     given.or_else(|| Format::sniff(bytes)).ok_or_else(unknown)
 }

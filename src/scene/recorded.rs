@@ -87,7 +87,6 @@ impl ReadOptions {
     }
 
     /// What [`ReadOptions::effective`] recorded among a file's options; the default where it does not say.
-    #[cfg(any(feature = "cli", test))]
     pub(crate) fn recorded(among: &[(String, String)]) -> ReadOptions {
         let mut options = ReadOptions::default();
         for row in &ROWS {

@@ -12,6 +12,8 @@ pub enum Resemblance {
     WebPage,
     /// An OBJ with keywords in capitals.
     Capitals,
+    /// Text of two bytes a character.
+    Utf16,
     /// JSON, so perhaps a glTF.
     Json,
     /// Nothing that is known.
@@ -32,6 +34,18 @@ impl Resemblance {
         }
     }
 
+    /// Text of two bytes a character, told by its mark or by the NULs in its first characters. No model begins so.
+    pub(super) fn of_wide_text(bytes: &[u8]) -> Option<Resemblance> {
+        let is_marked =
+            matches!(bytes, [0xff, 0xfe, rest @ ..] if !rest.starts_with(&[0, 0])) || bytes.starts_with(&[0xfe, 0xff]);
+        let is_ascii = |byte: u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+        let is_wide = match bytes {
+            [a, 0, b, 0, ..] | [0, a, 0, b, ..] => is_ascii(*a) && is_ascii(*b),
+            _ => false,
+        };
+        (is_marked || is_wide).then_some(Resemblance::Utf16)
+    }
+
     /// What a text most likely is that is no model.
     pub(super) fn of_text(text: &[u8]) -> Resemblance {
         Resemblance::of_stand_in(text).unwrap_or(match text.trim_ascii_start().first() {
@@ -48,6 +62,7 @@ impl fmt::Display for Resemblance {
             Resemblance::LfsPointer => "a Git LFS pointer",
             Resemblance::WebPage => "a web page",
             Resemblance::Capitals => "an OBJ in capitals",
+            Resemblance::Utf16 => "text in UTF-16",
             Resemblance::Json => "JSON",
             Resemblance::Nothing => "something else",
         })

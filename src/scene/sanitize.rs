@@ -24,11 +24,15 @@ pub(super) fn sanitize(scene: &mut Scene, source: &mut Source) -> Result<(), Sce
         scene.report.non_finite_triangles += found.non_finite;
         scene.report.unreferenced_positions += found.unreferenced;
     }
+    // A position beyond the range is stored as infinite.
+    scene.report.non_finite_triangles =
+        scene.report.non_finite_triangles.saturating_sub(scene.report.out_of_range_triangles);
     if let (Some((first, mesh)), Degenerate::Error) = (first_bad, source.options.degenerate) {
         return Err(SceneError::Degenerate {
             path: source.path.to_owned(),
             degenerate: scene.report.degenerate_triangles,
             non_finite: scene.report.non_finite_triangles,
+            out_of_range: scene.report.out_of_range_triangles,
             first: first.into(),
             mesh,
         });

@@ -147,3 +147,40 @@ fn what_cannot_be_posed_is_refused_with_the_animations_that_there_are() {
     let other = place.run("verify a.bvhc --source a.obj --device cpu --rays 1000");
     assert!(other.code == 4 && other.err.contains("it has no animations"), "{}", other.err);
 }
+
+#[test]
+fn json_says_the_moment_and_what_is_told_of_it() {
+    let place = Place::new();
+    model(&place, "two", &["Rise", "Fall"]);
+    let built = |args: &str| place.ok(&format!("build two.gltf -o a.bvhc --json {args}")).json()["results"][0].clone();
+    let dry = built("--animation Rise --time 9 -n");
+    assert_eq!((dry["status"].as_str(), dry["model"]["triangles"].as_u64()), (Some("would-build"), Some(1)));
+    let done = built("--animation Rise --time 9");
+    assert!(dry.get("built").is_none() && done.get("model").is_none());
+    for one in [&dry["model"], &done["built"]] {
+        let posed = &one["posed"];
+        assert_eq!(posed["animation"]["number"], 0);
+        assert_eq!(posed["animation"]["name"], "Rise");
+        assert_eq!(posed["animation"]["keys"]["last"], 2.0);
+        assert_eq!(posed["time"], 9.0);
+        let remarks = one["remarks"].as_array().unwrap();
+        assert!(remarks.len() == 1 && remarks[0].as_str().unwrap().contains("holds its last value"), "{remarks:?}");
+    }
+    let meta = place.ok("info a.bvhc --json").json()["files"][0]["meta"].clone();
+    assert_eq!(meta["moment"]["animation"], "Rise");
+    assert_eq!(meta["moment"]["time"], 9.0);
+    assert!(meta["moment"]["animation_number"].is_null());
+    assert!(meta["notes"][0].as_str().unwrap().contains("animation 0 'Rise' holds its last value at 9 s"), "{meta}");
+
+    assert!(built("--animation 1")["built"]["posed"]["time"] == 1.0);
+    let meta = place.ok("info a.bvhc --json").json()["files"][0]["meta"].clone();
+    assert!(meta["moment"]["animation_number"] == 1 && meta["moment"]["time"].is_null(), "{meta}");
+    let rest = built("");
+    assert!(rest["built"]["posed"].is_null());
+    assert_eq!(rest["built"]["remarks"], serde_json::json!(["left out 2 animations (everything stands at rest)"]));
+    let meta = place.ok("info a.bvhc --json").json()["files"][0]["meta"].clone();
+    assert!(
+        meta.get("moment").is_none()
+            && meta["notes"].as_array().unwrap().iter().all(|n| !n.to_string().contains("Rise"))
+    );
+}

@@ -2,9 +2,12 @@
 //!
 //! The folder is `BVHC_CASES`, else `../shared/cases`. Without it only the neighbours are tried, which are made here.
 
+mod forged;
+
 use crate::common::{cases_dir, models_dir};
 use crate::{Place, Said, gltf, strip};
 use serde_json::{Value, json};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// What a build of a model must come to.
@@ -82,6 +85,18 @@ const CASES: [(&str, &str, Right); 20] = [
     ("21-damaged-cache-up-to-date/tri.obj", "", Built(1, 1, UNIT, 0.0, &[])),
 ];
 
+/// Hold each case and print what came of it; fail in the end. So one run tells of every case whether it is right, of another program as well
+/// (`tests/cases_before.sh`).
+fn judge<T>(cases: &[T], name: impl Fn(&T) -> String, hold: impl Fn(&T)) {
+    let mut wrong = Vec::new();
+    for case in cases {
+        let is_right = catch_unwind(AssertUnwindSafe(|| hold(case))).is_ok();
+        println!("{}: {}", if is_right { "right" } else { "wrong" }, name(case).trim_end());
+        wrong.extend((!is_right).then(|| name(case)));
+    }
+    assert!(wrong.is_empty(), "{} of {} are wrong: {wrong:?}", wrong.len(), cases.len());
+}
+
 /// Files of a folder and the folders in it.
 fn files_below(folder: &Path) -> Vec<std::path::PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
@@ -98,7 +113,15 @@ fn every_model_of_the_folder_is_read_rightly() {
         assert!(!is_model || CASES.iter().any(|c| c.0 == name), "{name} is not in the table");
         place.write(&name, std::fs::read(&file).unwrap());
     }
-    CASES.iter().for_each(|(model, flags, right)| hold(&place, model, flags, right));
+    let name = |(model, flags, _): &(&str, &str, Right)| format!("{model} {flags}");
+    judge(&CASES, name, |(model, flags, right)| {
+        hold(&place, model, flags, right);
+        if *model == "03-far-placed-mesh-baked/patch_far.gltf" {
+            // In world space, 32 bits lose its shape, of which its box says little.
+            let info = place.ok("info out.bvhc --json").json();
+            assert_eq!(info["files"][0]["instance_count"], 1, "it has an origin of its own");
+        }
+    });
 }
 
 #[test]
@@ -220,6 +243,10 @@ fn a_part_is_a_run_of_one_object_group_and_material() {
     for (faces, parts) in [
         ("g a\nf 1 2 3\nusemtl m\nf 4 5 6\n", 2),
         ("o A\nusemtl m\nf 1 2 3\no B\nf 4 5 6\n", 2),
+        ("o A\ng x\nf 1 2 3\no B\ng x\nf 4 5 6\n", 2),
+        ("o A\nf 1 2 3\no A\nf 4 5 6\n", 2),
+        ("g x\no A\nf 1 2 3\no B\nf 4 5 6\n", 2),
+        ("g a/b\nusemtl c\nf 1 2 3\ng a\nusemtl b/c\nf 4 5 6\n", 2),
         ("g a b\nf 1 2 3\ng b a\nf 4 5 6\n", 2),
         ("o a\ng b\nf 1 2 3\no a b\ng\nf 4 5 6\n", 2),
         ("usemtl m\nf 1 2 3\nusemtl m\nf 4 5 6\n", 1),
@@ -368,38 +395,4 @@ fn a_file_that_was_damaged_cut_or_emptied_is_built_again() {
         assert_eq!(place.read("a.bvhc"), good);
     }
     assert!(place.ok("build a.obj -o a.bvhc").out.contains("up to date"));
-}
-
-/// What each forged file breaks. The program's memory is limited by `forged::forged_files_are_refused_at_once_and_in_little_memory`.
-const FORGED: [(&str, &[&str]); 11] = [
-    ("ladder", &["E0404", "E0409"]),
-    ("lad16", &["E0404", "E0409"]),
-    ("lad20", &["E0404", "E0409"]),
-    ("leafhuge", &["E0410"]),
-    ("leafoverlap", &["E0409", "E0408"]),
-    ("cycle", &["E0402"]),
-    ("nanbox", &["E0412"]),
-    ("infbox", &["E0412"]),
-    ("bomb2", &["E0311"]),
-    ("hole_small", &["E0425"]),
-    ("hole_big", &["E0425"]),
-];
-
-#[test]
-fn forged_files_break_the_rules_that_they_are_known_to_break() {
-    let Some(cases) = cases_dir() else { return };
-    let place = Place::new();
-    for file in files_below(&cases.join("forged")) {
-        let name = file.file_stem().unwrap().to_str().unwrap();
-        let known = FORGED.iter().find(|f| f.0 == name);
-        let (_, rules) = known.unwrap_or_else(|| panic!("{name} is not in the table"));
-        place.write("a.bvhc", std::fs::read(&file).unwrap());
-        for command in ["check a.bvhc", "stats a.bvhc"] {
-            let said = place.run(command);
-            let text = format!("{}{}", said.out, said.err);
-            assert_eq!(said.code, 1, "{command} of {name}: {text}");
-            assert!(rules.iter().any(|rule| text.contains(rule)), "{command} of {name}: {text}");
-        }
-        assert!(place.run("stats a.bvhc").out.is_empty(), "figures of {name}");
-    }
 }

@@ -88,3 +88,47 @@ fn what_cannot_succeed_says_how_it_could() {
         assert!((said.err.clone() + &said.out).contains(fix), "{args}: {}", said.err);
     }
 }
+
+#[test]
+fn a_dry_run_reads_what_would_be_built_and_tells_what_is_wrong_with_it() {
+    let place = Place::new();
+    place.write("good.obj", strip(3));
+    place.write("bad.obj", "v 0 0 0\nv 1 0 0\nf 1 2 3\n");
+    place.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+    let said = place.run("build good.obj bad.obj flat.obj -o out/ -n");
+    assert_eq!(said.code, 10, "{}{}", said.out, said.err);
+    assert_eq!(said.out, "out/good.bvhc  would build: missing\n");
+    assert!(said.err.contains("cannot read bad.obj line 3") && said.err.contains("there is no triangle in flat.obj"));
+    assert!(said.err.contains("help: correct line 3, or export the model once more"), "{}", said.err);
+    assert!(said.err.contains("1 would be built, 2 failed"), "{}", said.err);
+    assert_eq!(place.names(), ["bad.obj", "flat.obj", "good.obj"], "nothing is written");
+    // What is up to date is not read, and what is wrong with it does not matter.
+    place.ok("build flat.obj -o flat.bvhc --empty keep");
+    assert!(place.ok("build flat.obj -o flat.bvhc --empty keep -n").err.is_empty());
+    // A place that cannot be written is told as well, but for a folder that the build makes.
+    let no_folder = place.run("build good.obj -o nowhere/good.bvhc -n");
+    assert!(no_folder.code == 3 && no_folder.err.contains("there is no folder nowhere"), "{}", no_folder.err);
+}
+
+#[test]
+fn what_an_obj_has_that_is_not_read_is_told_with_its_line() {
+    let place = Place::new();
+    place.write("a.obj", format!("{}<<<<<<< ours\nF 1 2 3\ncall b.obj\n", strip(3)));
+    let said = place.ok("build a.obj -o a.bvhc");
+    assert_eq!(said.err, "warning: a.obj: left out 3 unknown statements (the first is '<<<<<<<' in line 15)\n");
+    assert!(place.ok("info a.bvhc").out.contains("3 unknown statements"));
+    place.write("b.obj", format!("{}v 0 1e39 0\nf 1 2 -1\n", strip(3)));
+    let said = place.ok("build b.obj -o b.bvhc");
+    let told = "left out 1 triangle with positions beyond the range of f32 (1.0e39; the limit is 3.4e38)";
+    assert!(said.err.contains(told), "{}", said.err);
+    let wide: Vec<u8> = format!("\u{feff}{}", strip(3)).encode_utf16().flat_map(u16::to_le_bytes).collect();
+    place.write("c.obj", wide);
+    let said = place.run("build c.obj -o c.bvhc");
+    assert!(said.code == 4 && said.err.contains("text in UTF-16"), "{}", said.err);
+    assert!(said.err.contains("help: save it as UTF-8"), "{}", said.err);
+    let face = |corners: usize| format!("f{}\n", " 1".repeat(corners));
+    place.write("d.obj", format!("{}{}", strip(3), face(16_385)));
+    let said = place.run("build d.obj -o d.bvhc");
+    assert!(said.code == 6 && said.err.contains("cannot read d.obj line 15"), "{} {}", said.code, said.err);
+    assert!(said.err.contains("the limit is 16384") && said.err.contains("help: export the model in triangles"));
+}

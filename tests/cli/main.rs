@@ -108,8 +108,9 @@ impl Said {
     }
 }
 
+/// The program under test: `BVHC_PROGRAM`, another build of it (`tests/cases_before.sh`), else the one that Cargo has built.
 pub fn program() -> PathBuf {
-    cargo_bin("bvhc")
+    std::env::var_os("BVHC_PROGRAM").map_or_else(|| cargo_bin("bvhc"), PathBuf::from)
 }
 
 pub fn said(output: Output) -> Said {

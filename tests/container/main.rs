@@ -1,5 +1,8 @@
 //! The container: round trips, fixed bytes, damage, atomic writing, freshness.
 
+#[path = "../common/mod.rs"]
+mod common;
+
 mod golden;
 mod hostile;
 mod images;

@@ -2,10 +2,13 @@ use std::fs;
 use std::path::Path;
 
 use bvhc::cache::keys::Recipe;
-use bvhc::cache::{Freshness, Image, SectionKind, Staleness, WriteOptions, freshness, hash_file, write_file};
+use bvhc::cache::{
+    Freshness, Image, SectionEntry, SectionKind, Staleness, WriteOptions, freshness, hash_file, write_file,
+};
 use bvhc::exec::Executor;
 use bvhc::scene::{InputFile, ReadReport};
 
+use crate::common::vectors::bytes;
 use crate::images::one_triangle;
 
 fn recipe() -> Recipe {
@@ -98,4 +101,30 @@ fn a_file_that_lost_its_vertices_is_stale() {
         write_file(&path, &image, &meta, &WriteOptions::default(), &Executor::current()).unwrap();
         assert_eq!(reason(&path, &model, &asked), why);
     }
+}
+
+#[test]
+fn a_known_section_in_a_layout_that_is_not_known_makes_a_file_stale() {
+    let folder = tempfile::tempdir().unwrap();
+    let (model, path) = (folder.path().join("a.obj"), folder.path().join("a.bvhc"));
+    fs::write(&model, "model").unwrap();
+    let mut asked = recipe();
+    asked.options.push(("vertices".into(), "true".into()));
+    let meta = bvhc::cache::provenance(asked.clone(), &[input(folder.path(), "a.obj")], &ReadReport::default());
+    let image = Image { vertices: vec![[0, 1, 2]], materials: vec!["red".into()], ..one_triangle() };
+    write_file(&path, &image, &meta, &WriteOptions::default(), &Executor::current()).unwrap();
+    let good = fs::read(&path).unwrap();
+    let edits: [fn(&mut SectionEntry); 3] = [|e| e.schema = 2, |e| e.ordinal = 1, |e| e.codec = 7];
+    for kind in [SectionKind::VERT, SectionKind::NAMS, SectionKind::MATS] {
+        for edit in edits {
+            fs::write(&path, bytes::with_entry(good.clone(), kind, edit)).unwrap();
+            let why = reason(&path, &model, &asked);
+            assert!(matches!(why, Some(Staleness::Layout { kind: k, .. }) if k == kind), "{kind}: {why:?}");
+            let of_bytes = bvhc::cache::freshness_of_bytes(&path, b"model", &asked, &Executor::current());
+            assert!(matches!(of_bytes, Freshness::Stale(Staleness::Layout { .. })), "{kind}: {of_bytes:?}");
+        }
+    }
+    // A section of somebody else's does not matter, and without it the file is what it was.
+    fs::write(&path, bytes::with_section(&good, *b"XTRA", 2, b"anything")).unwrap();
+    assert_eq!(reason(&path, &model, &asked), None);
 }

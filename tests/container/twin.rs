@@ -1,7 +1,9 @@
 //! The reader stops at the first broken rule, the checker collects them all: the two are written apart and must agree.
 
 use bvhc::cache::check::{Finding, Level, Limits, Report, check_bytes};
-use bvhc::cache::{Cache, Codec, OpenOptions, SectionKind, Validation, WriteOptions, section_flags, to_bytes};
+use bvhc::cache::{
+    Cache, CacheError, Codec, OpenOptions, SectionKind, Validation, WriteOptions, section_flags, to_bytes,
+};
 use bvhc::exec::Executor;
 use bvhc::geom::Ray;
 use proptest::prelude::*;
@@ -30,6 +32,14 @@ fn compare(file: &[u8]) -> Result<(), TestCaseError> {
             Err(error) => {
                 let deeper = check_bytes(file, Level::Tree, None, &Limits::default(), &Executor::current());
                 prop_assert!(!deeper.is_valid(), "{level:?}: {error}");
+                // And says the same of it.
+                if let CacheError::Invalid { breach, .. } | CacheError::Unsupported { breach, .. } = error {
+                    let same = |f: &Finding| {
+                        let values = |f: &Finding| (f.rule.id, f.place.section, f.expected.clone(), f.actual.clone());
+                        values(f) == values(breach)
+                    };
+                    prop_assert!(deeper.findings.iter().any(same), "{error}\n{:#?}", deeper.findings);
+                }
             }
             // What the checker finds beyond, traversal does not need.
             Ok(_) => prop_assert!(

@@ -257,6 +257,7 @@ fn read<T: Clone>(
         }
         None if count > MAX_ZERO_ELEMENTS => {
             return Err(SceneError::TooMany {
+                line: None,
                 path: source.path.to_owned(),
                 what: format!("accessor {index} has {count} elements and no data"),
                 limit: MAX_ZERO_ELEMENTS,

@@ -1,4 +1,5 @@
 use super::extensions;
+use super::present::placing_extensions;
 use super::whole::{Index, Whole};
 use crate::scene::source::Source;
 use crate::scene::{Resemblance, SceneError};
@@ -275,13 +276,11 @@ impl Head {
             animations: Option<&'j RawValue>,
             #[serde(borrow)]
             extensions_used: Option<&'j RawValue>,
-            #[serde(borrow)]
-            extensions: Option<&'j RawValue>,
         }
         let lists: Lists = serde_json::from_slice(json)?;
         // Some files have an extension that they do not list.
         let listed = elements(lists.extensions_used).map(read_or_default);
-        let present = lists.extensions.map(read_or_default::<ExtensionNames>).unwrap_or_default().into_keys();
+        let present = placing_extensions(json);
         Ok(Head {
             asset: lists.asset,
             material_names: elements(lists.materials).map(|m| read_or_default::<Named>(m).name).collect(),

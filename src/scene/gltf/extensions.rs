@@ -136,6 +136,11 @@ pub fn extension(name: &str) -> Option<&'static Extension> {
     })
 }
 
+/// Whether an extension may say where triangles are and is not honoured, so that its going unheeded must be told.
+pub(super) fn may_place(name: &str) -> bool {
+    extension(name).is_some_and(|row| row.treatment == Treatment::Refused)
+}
+
 /// Refuse a file that requires what is not done here, unless the caller ignores it. Otherwise say which extensions that may place
 /// geometry go unheeded.
 pub(super) fn admit(required: &[String], used: Vec<String>, source: &Source) -> Result<Vec<String>, SceneError> {
@@ -154,8 +159,7 @@ pub(super) fn admit(required: &[String], used: Vec<String>, source: &Source) -> 
             _ => return Err(refusal(name, found, source)),
         }
     }
-    let may_place = |name: &String| extension(name).is_some_and(|row| row.treatment == Treatment::Refused);
-    unheeded.extend(used.into_iter().filter(may_place));
+    unheeded.extend(used.into_iter().filter(|name| may_place(name)));
     Ok(unheeded.into_iter().collect())
 }
 

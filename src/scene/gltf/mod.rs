@@ -23,6 +23,7 @@ mod instancing;
 mod morph;
 mod nodes;
 mod pose;
+mod present;
 mod primitive;
 mod reader;
 mod reference;

@@ -190,7 +190,7 @@ fn check_count(count: u64, of: &str, mesh: usize, source: &Source) -> Result<(),
         return Ok(());
     }
     let what = format!("mesh {mesh} has {count} {of}");
-    Err(SceneError::TooMany { path: source.path.to_owned(), what, limit: u32::MAX.into() })
+    Err(SceneError::TooMany { path: source.path.to_owned(), line: None, what, limit: u32::MAX.into() })
 }
 
 /// Refuse a primitive whose data only a Draco decoder can give. Where the file keeps plain data beside the compressed, and

@@ -7,6 +7,48 @@ use crate::scene::Resemblance;
 const KEYWORDS: [&[u8]; 13] =
     [b"v", b"vn", b"vt", b"vp", b"f", b"fo", b"l", b"p", b"o", b"g", b"s", b"usemtl", b"mtllib"];
 
+/// All other keywords of the format and its older versions that place no triangle, and two that readers agree on: `t` for creases and `vw` for
+/// skin weights. `call` reads another file and `csh` runs a command, so these two are not among them.
+const OTHERS: [&[u8]; 32] = [
+    b"cstype",
+    b"deg",
+    b"bmat",
+    b"step",
+    b"curv",
+    b"curv2",
+    b"surf",
+    b"parm",
+    b"trim",
+    b"hole",
+    b"scrv",
+    b"sp",
+    b"end",
+    b"con",
+    b"mg",
+    b"bevel",
+    b"c_interp",
+    b"d_interp",
+    b"lod",
+    b"shadow_obj",
+    b"trace_obj",
+    b"ctech",
+    b"stech",
+    b"maplib",
+    b"usemap",
+    b"bsp",
+    b"bzp",
+    b"cdc",
+    b"cdp",
+    b"res",
+    b"t",
+    b"vw",
+];
+
+/// Whether a statement with this keyword may be passed over without a word. A comment and nothing at all may.
+pub(super) fn is_known(keyword: &[u8]) -> bool {
+    keyword.is_empty() || keyword.starts_with(b"#") || KEYWORDS.contains(&keyword) || OTHERS.contains(&keyword)
+}
+
 /// Whether a statement's text runs to the end of its line: a backslash there is part of a name.
 pub(super) fn is_name_statement(line: &[u8]) -> bool {
     line.starts_with(b"#") || matches!(split_word(line).0, b"o" | b"g" | b"usemtl" | b"mtllib")

@@ -35,7 +35,7 @@ use super::options::without_padding;
 use super::pose::split_all;
 use super::precision::{self, Loss};
 use super::source::Source;
-use super::{Instance, Mesh, Part, Rounding, Scene, SceneError};
+use super::{Instance, Mesh, Part, ReadReport, Rounding, Scene, SceneError};
 use crate::geom::{Affine, Point};
 use corners::Corners;
 use lines::line_of;
@@ -62,18 +62,18 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
     let mut mesh =
         Mesh { name: source.path.file_stem().unwrap_or_default().to_string_lossy().into(), ..Mesh::default() };
     let mut positions: Vec<[f64; 3]> = Vec::new();
-    let mut cut = Triangulator::new(polygon::MAX_LARGE_WORK);
+    let mut cut = Triangulator::new();
     let mut corners = source.options.vertices.then(|| Corners::new(gaps));
     for tobj::Model { mesh: model, name } in models {
         let count = positions.len() as u64 + model.positions.len() as u64 / 3;
         if count > u64::from(u32::MAX) {
             let what = format!("its parts have {count} positions in all, shared ones counted for each");
-            return Err(SceneError::TooMany { path: source.path.to_owned(), what, limit: u32::MAX.into() });
+            return Err(SceneError::TooMany { path: source.path.to_owned(), line: None, what, limit: u32::MAX.into() });
         }
         let base = positions.len() as u32;
         positions.extend(model.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]));
         let first_triangle = mesh.triangles.len() as u32;
-        add_faces(&model, base, &positions, &mut mesh, corners.as_mut(), &mut cut, source)?;
+        add_faces(&model, base, &positions, &mut mesh, corners.as_mut(), &mut cut);
         let triangle_count = mesh.triangles.len() as u32 - first_triangle;
         if triangle_count > 0 {
             let PartName { name, material } = counts.part_name(&name);
@@ -95,8 +95,11 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
     let mut scene = Scene::default();
     scene.report.skipped_primitives = counts.skipped;
     scene.report.unreferenced_positions = counts.unreferenced;
+    scene.report.unknown_statements = counts.unknown;
+    scene.report.first_unknown_statement = counts.first_unknown.clone();
     if !mesh.triangles.is_empty() {
         let (origin, rounding) = origin_for(&positions, &mesh.triangles);
+        count_beyond_range(&mesh.triangles, &positions, origin, &mut scene.report);
         if origin == [0.0; 3] {
             mesh.positions = positions.iter().map(|p| stored(*p, origin)).collect();
         } else {
@@ -150,15 +153,14 @@ fn add_faces(
     mesh: &mut Mesh,
     mut numbers: Option<&mut Corners>,
     cut: &mut Triangulator,
-    source: &Source,
-) -> Result<(), SceneError> {
+) {
     if model.face_arities.is_empty() {
         mesh.triangles.extend(model.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|v| v + base)));
         if let Some(numbers) = numbers {
             let first = model.indices.chunks_exact(3).map(|_| numbers.take(3));
             mesh.vertices.extend(first.map(|first| [first, first + 1, first + 2]));
         }
-        return Ok(());
+        return;
     }
     let mut rest = model.indices.as_slice();
     let mut corners = Vec::new();
@@ -167,21 +169,6 @@ fn add_faces(
         rest = tail;
         corners.clear();
         corners.extend(face.iter().map(|v| v + base));
-        if arity as usize > polygon::MAX_CORNERS {
-            return Err(SceneError::TooMany {
-                path: source.path.to_owned(),
-                what: format!("a face has {arity} corners"),
-                limit: polygon::MAX_CORNERS as u64,
-            });
-        }
-        if !cut.afford(arity.into()) {
-            return Err(SceneError::TooMany {
-                path: source.path.to_owned(),
-                what: "its large faces are too many to cut into triangles: their squared numbers of corners add up to more"
-                    .into(),
-                limit: cut.allowance,
-            });
-        }
         let before = mesh.triangles.len();
         cut.add(&corners, positions, &mut mesh.triangles);
         let cut_now = &mut mesh.triangles[before..];
@@ -191,7 +178,22 @@ fn add_faces(
         }
         cut_now.iter_mut().flatten().for_each(|v| *v = corners[*v as usize]);
     }
-    Ok(())
+}
+
+/// Count the triangles whose corners are all numbers, but not all such as `f32` can hold about the origin; and the largest coordinate there.
+fn count_beyond_range(triangles: &[[u32; 3]], positions: &[[f64; 3]], origin: [f64; 3], report: &mut ReadReport) {
+    let is_beyond = |p: &[f64; 3]| !stored(*p, origin).iter().all(|c| c.is_finite());
+    if !positions.iter().any(is_beyond) {
+        return;
+    }
+    for triangle in triangles {
+        let corners = triangle.map(|v| positions[v as usize]);
+        if corners.iter().any(is_beyond) && !corners.iter().flatten().any(|c| c.is_nan()) {
+            report.out_of_range_triangles += 1;
+            let largest = corners.iter().flatten().fold(0.0, |largest: f64, c| largest.max(c.abs()));
+            report.largest_magnitude = report.largest_magnitude.max(largest);
+        }
+    }
 }
 
 #[cfg(test)]

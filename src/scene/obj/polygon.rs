@@ -4,15 +4,43 @@ use crate::geom::vector::{cross, dot, sub};
 use earcut::Earcut;
 use std::collections::HashMap;
 
-/// Most corners of one face. Ear clipping is quadratic on hostile polygons (random zigzags, spirals, ribbons); this many
-/// take about a second at worst.
+/// Most corners of one face. Ear clipping is quadratic on hostile polygons (spirals, ribbons and rows of teeth in which long thin triangles lie
+/// side by side); this many take about a second at worst.
 pub(super) const MAX_CORNERS: usize = 1 << 14;
 
 /// Faces of more corners than this are large: they share one allowance, the sum of their corners' squares. It lets a file
 /// have 65,000 faces of a thousand corners or 256 of the most, which take some three minutes at worst; without it a file
 /// of 100 MiB could take half an hour.
 const LARGE: u64 = 1 << 10;
-pub(super) const MAX_LARGE_WORK: u64 = 1 << 36;
+const MAX_LARGE_WORK: u64 = 1 << 36;
+
+/// How much cutting the large faces of a file takes.
+#[derive(Debug)]
+pub(super) struct LargeFaces {
+    work: u64,
+    allowance: u64,
+}
+
+impl Default for LargeFaces {
+    fn default() -> LargeFaces {
+        LargeFaces { work: 0, allowance: MAX_LARGE_WORK }
+    }
+}
+
+impl LargeFaces {
+    /// Whether the allowance still has room for a face of so many corners, which it then takes.
+    pub fn afford(&mut self, corners: u64) -> bool {
+        if corners > LARGE {
+            self.work = self.work.saturating_add(corners.saturating_mul(corners));
+        }
+        self.work <= self.allowance
+    }
+
+    /// How much there may be in all.
+    pub fn allowance(&self) -> u64 {
+        self.allowance
+    }
+}
 
 /// Cuts polygons without holes, reusing its buffers. Every polygon of `n` corners gives exactly `n - 2` triangles, all with
 /// the polygon's winding and all of its corners used, so that no corner lies on a neighbour's edge unshared.
@@ -20,23 +48,11 @@ pub(super) struct Triangulator {
     earcut: Earcut<f64>,
     flat: Vec<[f64; 2]>,
     ears: Vec<u32>,
-    large_work: u64,
-    /// How much `large_work` may become.
-    pub allowance: u64,
 }
 
 impl Triangulator {
-    /// `allowance` is [`MAX_LARGE_WORK`] but in tests.
-    pub fn new(allowance: u64) -> Triangulator {
-        Triangulator { earcut: Earcut::default(), flat: Vec::new(), ears: Vec::new(), large_work: 0, allowance }
-    }
-
-    /// Whether the allowance for large faces still has room for one of so many corners, which it then takes.
-    pub fn afford(&mut self, corners: u64) -> bool {
-        if corners > LARGE {
-            self.large_work = self.large_work.saturating_add(corners.saturating_mul(corners));
-        }
-        self.large_work <= self.allowance
+    pub fn new() -> Triangulator {
+        Triangulator { earcut: Earcut::default(), flat: Vec::new(), ears: Vec::new() }
     }
 
     /// Append the triangles of one face, which have the numbers of its corners, from 0. `corners` index `positions`; fewer than three give nothing.
@@ -64,7 +80,7 @@ impl Triangulator {
                 for project in [Projection::drop_axis(normal), Projection::onto_plane(normal)].into_iter().flatten() {
                     self.flat.clear();
                     self.flat.extend((0..n).map(|i| project.apply(at(i))));
-                    if self.clip_ears(out) {
+                    if (n <= FEW || !winds_backwards(&self.flat)) && self.clip_ears(out) {
                         return;
                     }
                     out.truncate(first);
@@ -98,9 +114,11 @@ impl Triangulator {
     }
 }
 
+/// Faces of more corners than this are looked at before they are cut, where that may take long.
+const FEW: usize = 32;
+
 /// Whether a face of many corners stands at most of its points more than once. One that is joined to its holes stands at some of them twice.
 fn repeats(corners: &[u32], positions: &[[f64; 3]]) -> bool {
-    const FEW: usize = 32;
     if corners.len() <= FEW {
         return false;
     }
@@ -112,15 +130,62 @@ fn repeats(corners: &[u32], positions: &[[f64; 3]]) -> bool {
     2 * points.len() < corners.len()
 }
 
+/// Whether a polygon that winds counter-clockwise on the whole is seen to wind the other way around much of its box.
+///
+/// Triangles that all have the polygon's winding add up to its winding number at every point, so that nothing covers a polygon with a negative one
+/// but triangles that are turned over. Corners scattered at random make such polygons, and ear clipping takes longest on them. The
+/// points are the same for every polygon of one box; some of them would have to meet the slivers below the slack of [`Triangulator::clip_ears`] for a
+/// wrong answer.
+fn winds_backwards(flat: &[[f64; 2]]) -> bool {
+    const FIRST: usize = 16;
+    const ALL: usize = 64;
+    const ENOUGH: usize = 8;
+    let [low, high] = box_of(flat);
+    let extent = [high[0] - low[0], high[1] - low[1]];
+    let unsure = 1e-12 * extent[0] * extent[1];
+    // Multiples of the powers of the plastic number lie evenly (M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+    let sample = |i: usize| {
+        let at = |k: usize, step: f64| low[k] + extent[k] * (0.5 + i as f64 * step).fract();
+        [at(0, 0.754_877_666_246_692_7), at(1, 0.569_840_290_998_053_2)]
+    };
+    let is_behind = |i: &usize| winding(flat, sample(*i), unsure).is_some_and(|number| number < 0);
+    let first = (0..FIRST).filter(is_behind).count();
+    first > 0 && first + (FIRST..ALL).filter(is_behind).count() >= ENOUGH
+}
+
+/// How often a polygon winds around a point; `None` where an edge passes it so closely that rounding could decide.
+fn winding(flat: &[[f64; 2]], p: [f64; 2], unsure: f64) -> Option<i64> {
+    let mut number = 0;
+    let mut a = *flat.last()?;
+    for &b in flat {
+        if (a[1] <= p[1]) != (b[1] <= p[1]) {
+            let side = area2(a, b, p);
+            if side.abs() <= unsure {
+                return None;
+            }
+            let is_upward = b[1] > p[1];
+            if is_upward == (side > 0.0) {
+                number += if is_upward { 1 } else { -1 };
+            }
+        }
+        a = b;
+    }
+    Some(number)
+}
+
+/// The corners of the box around the points.
+fn box_of(flat: &[[f64; 2]]) -> [[f64; 2]; 2] {
+    let [mut low, mut high] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    for p in flat {
+        (0..2).for_each(|k| (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k])));
+    }
+    [low, high]
+}
+
 /// Twice the area of the box around the points, which no polygon that goes around once has more of; with some slack for rounding.
 fn box_area2(flat: &[[f64; 2]]) -> f64 {
-    let extent = |axis: usize| {
-        let ends = flat
-            .iter()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p[axis]), high.max(p[axis])]);
-        ends[1] - ends[0]
-    };
-    2.0 * extent(0) * extent(1) * (1.0 + 1e-9)
+    let [low, high] = box_of(flat);
+    2.0 * (high[0] - low[0]) * (high[1] - low[1]) * (1.0 + 1e-9)
 }
 
 /// Put back the corners that ear clipping leaves out because they lie straight between their neighbours: the triangle on
@@ -207,3 +272,6 @@ impl Projection {
 fn area2(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
+
+#[cfg(test)]
+mod tests;

@@ -70,19 +70,20 @@ pub(super) fn write_position(arguments: &[u8], out: &mut Vec<u8>) -> Result<(), 
             return Err(format!("'{}' is not a number", String::from_utf8_lossy(word)));
         }
         out.push(b' ');
-        out.extend_from_slice(if is_old_nan(word) { b"nan" } else { word });
+        out.extend_from_slice(if is_no_number(word) { b"nan" } else { word });
     }
     out.push(b'\n');
     Ok(())
 }
 
-/// Whether a word is NaN or infinity as old C libraries print them: `1.#IND`, `-1.#QNAN0`, `1.#INF`, `nan(ind)`. None of them is a position.
-fn is_old_nan(word: &[u8]) -> bool {
+/// Whether a word is infinity, or is NaN or infinity as old C libraries print them: `1.#IND`, `-1.#QNAN0`, `1.#INF`, `nan(ind)`. None of them is a
+/// position. What is infinite after this is a number that is too large.
+fn is_no_number(word: &[u8]) -> bool {
     let word = word.strip_prefix(b"-").or(word.strip_prefix(b"+")).unwrap_or(word);
     let starts =
         |text: &[u8], with: &[u8]| text.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with));
     match word.strip_prefix(b"1.#") {
         Some(kind) => [&b"IND"[..], b"INF", b"QNAN", b"SNAN"].iter().any(|known| starts(kind, known)),
-        None => starts(word, b"nan(") && word.ends_with(b")"),
+        None => starts(word, b"inf") || starts(word, b"nan(") && word.ends_with(b")"),
     }
 }

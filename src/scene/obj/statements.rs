@@ -1,14 +1,16 @@
 use super::corners::Gap;
 use super::face::{Faces, read_corners, write_face};
-use super::keyword::{Evidence, is_name_statement};
+use super::keyword::{Evidence, is_known, is_name_statement};
 use super::lines::{Lines, line_end};
 use super::parts::{PartName, Parts};
 use super::plain;
+use super::polygon::{self, LargeFaces};
 use super::position::{BYTES_PER_POSITION, Positions, write_position};
 use super::words::split_word;
-use crate::scene::SceneError;
+use crate::scene::excerpt::clipped;
 use crate::scene::options::BOM;
 use crate::scene::source::Source;
+use crate::scene::{SceneError, Statement};
 use std::io::{self, BufRead, Read};
 
 /// The file's statements as `tobj` gets them: `v`, `f` and `g` statements and nothing else.
@@ -32,8 +34,12 @@ pub(super) struct Statements<'a, 's> {
     faces: Faces,
     /// Vertex numbers of the current face.
     corners: Vec<u64>,
+    /// How much cutting large faces takes.
+    large: LargeFaces,
     parts: Parts<'a>,
     skipped: u64,
+    unknown: u64,
+    first_unknown: Option<Statement>,
     evidence: Evidence<'a>,
     /// Bytes of memory noted but not yet charged, and bytes of text not yet reported as done.
     unpaid: u64,
@@ -45,6 +51,9 @@ pub(super) struct Statements<'a, 's> {
 pub(super) struct Counts {
     pub skipped: u64,
     pub unreferenced: u64,
+    /// Statements with a keyword that is not known, and the first of them.
+    pub unknown: u64,
+    pub first_unknown: Option<Statement>,
     parts: Vec<PartName>,
 }
 
@@ -73,8 +82,11 @@ impl<'a, 's> Statements<'a, 's> {
             positions: Positions::default(),
             faces,
             corners: Vec::new(),
+            large: LargeFaces::default(),
             parts: Parts::default(),
             skipped: 0,
+            unknown: 0,
+            first_unknown: None,
             evidence: Evidence::default(),
             unpaid: 0,
             unreported: 0,
@@ -110,7 +122,13 @@ impl<'a, 's> Statements<'a, 's> {
         }
         self.pay()?;
         let unreferenced = self.positions.unreferenced();
-        let counts = Counts { skipped: self.skipped, unreferenced, parts: self.parts.into_names() };
+        let counts = Counts {
+            skipped: self.skipped,
+            unreferenced,
+            unknown: self.unknown,
+            first_unknown: self.first_unknown,
+            parts: self.parts.into_names(),
+        };
         Ok((counts, self.faces.into_gaps()))
     }
 
@@ -151,6 +169,7 @@ impl<'a, 's> Statements<'a, 's> {
                 [b'f', b' ' | b'\t', ..] if in_part => {
                     match plain::copy_face(text, &mut self.positions, &mut self.out) {
                         Some((length, corners)) => {
+                            self.line = self.lines.number();
                             self.add_face(corners)?;
                             Some(length)
                         }
@@ -196,8 +215,9 @@ impl<'a, 's> Statements<'a, 's> {
             }
             // `fo` is an old name for the same thing, which `tobj` does not know.
             b"f" | b"fo" => self.face(arguments)?,
-            b"l" | b"p" | b"curv" | b"curv2" | b"surf" => self.skipped += 1,
-            _ => {}
+            b"l" | b"p" | b"curv" | b"curv2" | b"surf" | b"bsp" | b"bzp" | b"cdc" | b"cdp" => self.skipped += 1,
+            _ if is_known(keyword) => {}
+            _ => self.note_unknown(keyword),
         }
         Ok(())
     }
@@ -224,6 +244,12 @@ impl<'a, 's> Statements<'a, 's> {
         Ok(())
     }
 
+    fn note_unknown(&mut self, keyword: &[u8]) {
+        self.unknown += 1;
+        let word = || clipped(&String::from_utf8_lossy(keyword));
+        self.first_unknown.get_or_insert_with(|| Statement { line: self.line, word: word() });
+    }
+
     fn add_position(&mut self) -> Result<(), SceneError> {
         self.unpaid += BYTES_PER_POSITION;
         if self.positions.add() { Ok(()) } else { Err(self.too_many("positions")) }
@@ -231,6 +257,15 @@ impl<'a, 's> Statements<'a, 's> {
 
     fn add_face(&mut self, corners: u64) -> Result<(), SceneError> {
         self.unpaid += self.faces.add(corners).map_err(|what| self.too_many(what))?;
+        let too_large =
+            |what, limit| SceneError::TooMany { path: self.source.path.to_owned(), line: Some(self.line), what, limit };
+        if corners > polygon::MAX_CORNERS as u64 {
+            return Err(too_large(format!("a face has {corners} corners"), polygon::MAX_CORNERS as u64));
+        }
+        if !self.large.afford(corners) {
+            let what = "the large faces up to here are too many to cut into triangles: their squared numbers of corners add up to more";
+            return Err(too_large(what.into(), self.large.allowance()));
+        }
         Ok(())
     }
 
@@ -247,7 +282,7 @@ impl<'a, 's> Statements<'a, 's> {
 
     fn too_many(&self, what: &str) -> SceneError {
         let what = format!("it has too many {what}");
-        SceneError::TooMany { path: self.source.path.to_owned(), what, limit: u32::MAX.into() }
+        SceneError::TooMany { path: self.source.path.to_owned(), line: None, what, limit: u32::MAX.into() }
     }
 }
 

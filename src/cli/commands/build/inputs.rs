@@ -87,7 +87,9 @@ fn matches(path: &Path) -> Result<Vec<PathBuf>, Failure> {
     })?;
     let mut files: Vec<PathBuf> = found.filter_map(Result::ok).filter(|p| p.is_file()).collect();
     if files.is_empty() {
-        return Err(refuse(Exit::Io, "no file matches the pattern".into()));
+        let folder = path.parent().filter(|folder| folder.is_dir()).unwrap_or(Path::new("."));
+        return Err(refuse(Exit::Io, "no file matches the pattern".into())
+            .help(format!("see what is there: ls {}", names::path(folder))));
     }
     files.sort_by(|a, b| natural(a.as_os_str().as_encoded_bytes(), b.as_os_str().as_encoded_bytes()));
     Ok(files)

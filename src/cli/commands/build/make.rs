@@ -1,7 +1,7 @@
 //! One build from model to file.
 
 use super::inputs;
-use super::outcome::{Built, Losses, Times};
+use super::outcome::{Arrival, Built, Model, Times};
 use super::plan::{Job, same_file};
 use super::remarks::Remarks;
 use super::{BuildArgs, Empty};
@@ -15,7 +15,7 @@ use crate::cli::failure::Failure;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::progress::Bar;
-use crate::compile;
+use crate::compile::{self, LaidOut};
 use crate::exec::Executor;
 use crate::scene::{self, InputFile, Posed, ReadOptions, Scene};
 use std::path::PathBuf;
@@ -38,42 +38,73 @@ pub struct Made {
     pub inputs: Vec<PathBuf>,
 }
 
+/// A model that was read and put where it stands.
+struct Prepared {
+    laid: LaidOut,
+    /// Triangles to build over, at most.
+    primitives: u64,
+    inputs: Vec<InputFile>,
+    arrival: Arrival,
+    read_time: Duration,
+}
+
 impl Workshop<'_> {
-    /// Read, build, write. Nothing is written before everything else has succeeded.
-    pub fn make(&self, job: &Job) -> Result<Made, Failure> {
-        let start = Instant::now();
-        let name = names::path(&job.output);
-        let bar = Bar::new(&self.context.terminal, &name);
-        let scene = self.read(job, &bar)?;
-        let (inputs, mut report, rounding) = (scene.inputs.clone(), scene.report.clone(), scene.rounding);
+    /// Read, and say all that a build would say before it builds.
+    pub fn rehearse(&self, job: &Job) -> Result<Model, Failure> {
+        let bar = Bar::new(&self.context.terminal, &names::path(&job.output));
+        let Prepared { laid, arrival, .. } = self.prepare(job, &bar)?;
+        Ok(Model {
+            triangles: laid.meshes.iter().map(|mesh| mesh.triangles.len() as u64).sum(),
+            trees: laid.meshes.len() as u64,
+            instances: laid.instances.map_or(0, |instances| instances.len() as u64),
+            arrival,
+        })
+    }
+
+    /// Read a model, put everything where it stands, and say what was lost on the way.
+    fn prepare(&self, job: &Job, bar: &Bar) -> Result<Prepared, Failure> {
+        let (start, terminal) = (Instant::now(), &self.context.terminal);
+        let scene = self.read(job, bar)?;
+        let (inputs, mut read, rounding) = (scene.inputs.clone(), scene.report.clone(), scene.rounding);
         let posed = scene.posed.clone();
         let read_time = start.elapsed();
         caches::fits(&job.input, &scene, &self.build, self.context)?;
 
-        // Put everything where it stands, and say what was lost on the way.
         let primitives = compile::primitives_to_build(&scene, &self.build);
         let laid = compile::lay_out(scene, &self.build, &self.context.exec).map_err(|e| caches::build_failure(&e))?;
         let placing = laid.placing.clone();
-        report.degenerate_triangles += placing.collapsed;
-        let remarks = Remarks { report: &report, read: &self.read, rounding: &rounding, placing: &placing };
+        read.degenerate_triangles += placing.collapsed;
+        let remarks = Remarks { report: &read, read: &self.read, rounding: &rounding, placing: &placing };
         let model = names::path(&job.input);
-        remarks.warnings(self.build.levels).iter().for_each(|w| self.context.terminal.warn(&format!("{model}: {w}")));
+        let mut told = remarks.warnings(self.build.levels);
+        if laid.meshes.is_empty() && self.args.empty == Empty::Keep {
+            told.push("there is no triangle in it".to_string());
+        }
+        told.iter().for_each(|warning| terminal.warn(&format!("{model}: {warning}")));
         if let Some(posed) = &posed {
             self.tell_moment(&model, posed);
+            told.push(posed.to_string());
         }
-        placing.notes.iter().for_each(|note| self.context.terminal.detail(&format!("{name}: {note}")));
-        if laid.meshes.is_empty() {
-            match self.args.empty {
-                Empty::Error => return Err(remarks.nothing(&model)),
-                Empty::Keep => self.context.terminal.warn(&format!("{model}: there is no triangle in it")),
-            }
+        let name = names::path(&job.output);
+        placing.notes.iter().for_each(|note| terminal.detail(&format!("{name}: {note}")));
+        if laid.meshes.is_empty() && self.args.empty == Empty::Error {
+            return Err(remarks.nothing(&model));
         }
+        let arrival = Arrival { read, rounding, placing, posed, remarks: told };
+        Ok(Prepared { laid, primitives, inputs, arrival, read_time })
+    }
 
+    /// Read, build, write. Nothing is written before everything else has succeeded.
+    pub fn make(&self, job: &Job) -> Result<Made, Failure> {
+        let start = Instant::now();
+        let bar = Bar::new(&self.context.terminal, &names::path(&job.output));
+        let Prepared { laid, primitives, inputs, arrival, read_time } = self.prepare(job, &bar)?;
         bar.phase("building", primitives);
         let mut accel = compile::compile_laid_out(laid, &self.build, &self.context.exec, &bar)
             .map_err(|e| caches::build_failure(&e))?;
         let image = Image::of_compiled(&accel, &self.context.exec).map_err(|e| caches::failure(&e))?;
-        let notes = std::mem::take(&mut accel.notes);
+        let posed = arrival.posed.iter().map(ToString::to_string).collect();
+        let notes = [posed, std::mem::take(&mut accel.notes)].concat();
         drop(accel);
         let build_time = start.elapsed() - read_time;
 
@@ -81,7 +112,7 @@ impl Workshop<'_> {
         if job.bytes.is_none() {
             unchanged(&inputs, &self.context.exec)?;
         }
-        let meta = Meta { notes, ..cache::provenance(self.recipe.clone(), &inputs, &report) };
+        let meta = Meta { notes, ..cache::provenance(self.recipe.clone(), &inputs, &arrival.read) };
         let publishing = interrupt::publish()?;
         if !self.args.force {
             caches::may_replace(&job.output)?;
@@ -101,7 +132,7 @@ impl Workshop<'_> {
             total_ms: millis(total),
         };
         Ok(Made {
-            built: Built::new(&image, &written, Losses { read: report, rounding, placing }, times),
+            built: Built::new(&image, &written, arrival, times),
             build_key: written.header.build_key,
             inputs: inputs.into_iter().map(|i| i.path).filter(|_| job.bytes.is_none()).collect(),
         })
@@ -127,16 +158,10 @@ impl Workshop<'_> {
 
     /// Say which moment a model was posed at, and loudly where that is not quite what was asked for.
     fn tell_moment(&self, model: &str, posed: &Posed) {
-        let Posed { animation, time, .. } = posed;
-        let terminal = &self.context.terminal;
-        let animation_name = names::escape(&animation.to_string());
-        match animation.keys {
-            None => terminal.note(&format!("{model}: {animation_name} moves nothing of the scene")),
-            Some(keys) if keys.holds_at(*time) => {
-                let which = if time.get() < f64::from(keys.first) { "first" } else { "last" };
-                terminal.note(&format!("{model}: {animation_name} holds its {which} value at {time} s ({keys})"));
-            }
-            Some(keys) => terminal.detail(&format!("{model}: {animation_name} at {time} s ({keys})")),
+        let text = format!("{model}: {}", names::escape(&posed.to_string()));
+        match posed.is_within() {
+            true => self.context.terminal.detail(&text),
+            false => self.context.terminal.note(&text),
         }
     }
 

@@ -51,7 +51,7 @@ pub struct BuildArgs {
     /// What to do with a model in which no triangle is left
     #[arg(long, value_enum, value_name = "POLICY", default_value = "error")]
     pub empty: Empty,
-    /// Only say what would be built, and why
+    /// Only say what would be built, and why; models that would be are read, and what is wrong with them is told
     #[arg(short = 'n', long)]
     pub dry_run: bool,
     /// With --dry-run: exit with 1 if anything would be built
@@ -213,7 +213,12 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
     if args.dry_run {
         let from = job.frame.map_or_else(String::new, |_| format!(" from {}", names::path(&job.input)));
         let line = format!("{name}  would build{from}: {reason}");
-        return Ok((Outcome { reason: Some(reason), ..Outcome::new(job, Status::WouldBuild) }, line));
+        // A folder that -o names is made by the build.
+        if job.output.parent().is_none_or(Path::exists) || job.output == args.output {
+            plan::writable(job)?;
+        }
+        let model = Some(workshop.rehearse(job)?);
+        return Ok((Outcome { reason: Some(reason), model, ..Outcome::new(job, Status::WouldBuild) }, line));
     }
 
     // Build it, and make the folder first where -o names one.

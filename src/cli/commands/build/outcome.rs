@@ -7,7 +7,7 @@ use crate::cli::names;
 use crate::compile::Placing;
 use crate::report::file::FileReport;
 use crate::report::info::hex;
-use crate::scene::{ReadReport, Rounding};
+use crate::scene::{Posed, ReadReport, Rounding};
 use crate::size::bytes;
 use serde::Serialize;
 use std::time::Duration;
@@ -28,6 +28,9 @@ pub struct Outcome {
     pub build_key: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub built: Option<Built>,
+    /// What was read of a model that would be built.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<Model>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<ErrorObject>,
 }
@@ -66,21 +69,38 @@ pub struct Built {
     pub sah: f64,
     pub file_len: u64,
     pub content_id: String,
-    pub read: ReadReport,
-    /// What rounding in reading cost.
-    pub rounding: Rounding,
-    /// What putting meshes where they stand cost.
-    pub placing: Placing,
+    #[serde(flatten)]
+    pub arrival: Arrival,
     pub times: Times,
     /// Largest resident set of the process so far, in bytes, where the system tells.
     pub peak_memory: Option<u64>,
 }
 
-/// What was dropped and what rounding cost on the way from the file to the trees.
-pub struct Losses {
+/// How a model came from its file to where its trees are built.
+#[derive(Clone, Debug, Serialize)]
+pub struct Arrival {
+    /// What reading left out.
     pub read: ReadReport,
+    /// What rounding in reading cost.
     pub rounding: Rounding,
+    /// What putting meshes where they stand cost.
     pub placing: Placing,
+    /// The moment of an animation that it stands at.
+    pub posed: Option<Posed>,
+    /// What people are told of all this, one sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// A model that was read and put where it stands, and no more.
+#[derive(Clone, Debug, Serialize)]
+pub struct Model {
+    /// Those that trees would be built over.
+    pub triangles: u64,
+    pub trees: u64,
+    /// 0 with one level.
+    pub instances: u64,
+    #[serde(flatten)]
+    pub arrival: Arrival,
 }
 
 /// Where the time went.
@@ -103,14 +123,14 @@ impl Outcome {
             reason: None,
             build_key: None,
             built: None,
+            model: None,
             error: None,
         }
     }
 }
 
 impl Built {
-    pub fn new(image: &Image, written: &WriteSummary, losses: Losses, times: Times) -> Built {
-        let Losses { read, rounding, placing } = losses;
+    pub fn new(image: &Image, written: &WriteSummary, arrival: Arrival, times: Times) -> Built {
         let header = &written.header;
         let report = FileReport::of_view(String::new(), header.file_len, &image.view());
         Built {
@@ -125,9 +145,7 @@ impl Built {
             sah: report.blas.sah,
             file_len: header.file_len,
             content_id: hex(&header.content_id),
-            read,
-            rounding,
-            placing,
+            arrival,
             times,
             peak_memory: peak_memory(),
         }

@@ -1,6 +1,6 @@
 //! What has to be done: which output each input has, and whether it is up to date, judged by content and never by time stamps.
 
-use super::frames::Pattern;
+use super::frames::{NoPattern, Pattern};
 use super::{BuildArgs, Empty};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Freshness, SectionEntry};
@@ -75,7 +75,8 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
                 .help("build the inputs one by one"));
         }
         if let Some(input) = inputs.iter().find(|i| i.is(depfile)) {
-            return Err(refuse(format!("the depfile would overwrite the input {}", names::path(&input.path))));
+            return Err(refuse(format!("the depfile would overwrite the input {}", names::path(&input.path)))
+                .help("name another file with --depfile"));
         }
     }
 
@@ -121,7 +122,7 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
                 .help("name another output with -o"));
         }
         if args.depfile.path.as_ref().is_some_and(|d| *d == job.output || same_file(d, &job.output)) {
-            return Err(refuse("--depfile and -o name the same file".into()));
+            return Err(refuse("--depfile and -o name the same file".into()).help("name another file with --depfile"));
         }
     }
     Ok(jobs)
@@ -156,7 +157,9 @@ fn pattern_of_output(args: &BuildArgs, inputs: &[Input], into_folder: bool) -> R
     let shown = || names::path(&args.output);
     match Pattern::parse(&args.output) {
         None => Ok(None),
-        Some(Err(reason)) => Err(refuse(format!("as a pattern of outputs, {} is wrong: {reason}", shown()))),
+        Some(Err(NoPattern { fact, help })) => {
+            Err(refuse(format!("as a pattern of outputs, {} is wrong: {fact}", shown())).help(help))
+        }
         Some(Ok(pattern)) if pattern.numbers.is_some() => {
             Err(refuse(format!("{} has a list of frames, and outputs have the numbers of their inputs", shown()))
                 .help("choose frames by --frames"))

@@ -82,12 +82,20 @@ impl Remarks<'_> {
     /// What reading dropped, as a phrase, or `None` for a clean model.
     fn left_out(&self) -> Option<String> {
         let report = self.report;
-        let beyond =
-            format!(" beyond the range of f32 ({:.1e}; the limit is {:.1e})", report.largest_magnitude, f32::MAX);
+        let largest = match report.largest_magnitude {
+            infinite if infinite == f64::INFINITY => format!("more than {:.1e}", f64::MAX),
+            largest => format!("{largest:.1e}"),
+        };
+        let beyond = format!(" beyond the range of f32 ({largest}; the limit is {:.1e})", f32::MAX);
+        let reaching = format!(" with positions{beyond}");
+        let first = report.first_unknown_statement.as_ref();
+        let first = first.map(|s| format!(" (the first is '{}' in line {})", s.word, s.line)).unwrap_or_default();
         let degenerate = if self.read.degenerate == Degenerate::Keep { 0 } else { report.degenerate_triangles };
         let found: Vec<String> = [
             (degenerate, "triangle", " without area"),
             (report.non_finite_triangles, "triangle", " with NaN or infinite positions"),
+            (report.out_of_range_triangles, "triangle", &reaching),
+            (report.unknown_statements, "unknown statement", &first),
             (report.skipped_primitives, "line and point primitive", ""),
             (report.singular_instances, "instance", " scaled to nothing"),
             (report.out_of_range_instances, "instance", &beyond),

@@ -56,6 +56,18 @@ fn an_unknown_extension_is_refused_where_it_is_required_and_not_ignored() {
     let there = |d: &mut Value| d["extensions"] = json!({ "CESIUM_RTC": { "center": [1, 2, 3] }, "ACME_gizmo": 3 });
     assert_eq!(read_json(&edited(there)).report.ignored_extensions, ["CESIUM_RTC"], "it need not be listed");
     assert!(try_read(&edited(|d| d["extensions"] = json!(["CESIUM_RTC"]))).is_ok());
+    for place in
+        ["/nodes/0", "/meshes/0/primitives/0", "/accessors/0", "/bufferViews/0", "/nodes/0/extensions/ACME_gizmo"]
+    {
+        let on = |d: &mut Value| {
+            d["nodes"][0]["extensions"]["ACME_gizmo"] = json!({});
+            d.pointer_mut(place).unwrap()["extensions"]["AGI_articulations"] =
+                json!({ "stages": [1, null, "a", -2, 0.5, true] });
+        };
+        assert_eq!(read_json(&edited(on)).report.ignored_extensions, ["AGI_articulations"], "on {place}");
+    }
+    let own = |d: &mut Value| d["nodes"][0]["extras"] = json!({ "extensions": { "AGI_articulations": {} } });
+    assert!(read_json(&edited(own)).report.ignored_extensions.is_empty(), "extras are the application's");
     assert!(try_read(&edited(|d| d["extensionsUsed"] = json!({ "a": 3 }))).is_ok());
 }
 

@@ -1,7 +1,7 @@
 //! Lines, and what is no OBJ at all.
 
 use super::{TRIANGLE, corners, error, read, read_as};
-use crate::scene::{ReadOptions, Resemblance, SceneError};
+use crate::scene::{Format, ReadOptions, Resemblance, SceneError, read_bytes};
 
 #[test]
 fn line_ends_continuations_and_odd_spaces() {
@@ -53,4 +53,44 @@ fn a_text_without_any_statement_is_no_obj() {
     // One statement is enough, wherever it stands and whatever else there is.
     assert_eq!(read(format!("exported by hand\n{TRIANGLE}f 1 2 3\n")).meshes.len(), 1);
     assert!(read("\\\nv 0 0 0\n").meshes.is_empty());
+}
+
+#[test]
+fn statements_that_are_not_known_are_counted_and_the_first_is_named() {
+    let text =
+        format!("{TRIANGLE}f 1 2 3\n<<<<<<< ours\nF 1 2 3\n=======\ncall part.obj\n>>>>>>> theirs\nf 3 2 \\\n1\n");
+    let report = read(&text).report;
+    let first = report.first_unknown_statement.unwrap();
+    assert_eq!((report.unknown_statements, first.line, first.word.as_str()), (5, 5, "<<<<<<<"));
+    // A statement of several lines is one, with the number of its first line; a long word is shortened.
+    let report = read(format!("{TRIANGLE}f 1 2 3\n\nX{} \\\n 2\nF\n", "x".repeat(500))).report;
+    let first = report.first_unknown_statement.unwrap();
+    assert_eq!((report.unknown_statements, first.line), (2, 6));
+    assert!(first.word.starts_with("Xxx") && first.word.len() < 200, "{}", first.word);
+
+    // What the format knows and triangles do not need says nothing, nor does a comment.
+    let silent = "vp 0 0\ns off\nmtllib a.mtl\nusemtl b\ncstype bezier\ndeg 3\nparm u 0 1\nend\nlod 1\nshadow_obj a\n#F\n # F\n\nt crease 1\n";
+    let report = read(format!("{TRIANGLE}{silent}f 1 2 3\nbzp 1 2 3\ncdc 1 2 3 1\ncurv 0 1 1 2\n")).report;
+    assert_eq!((report.unknown_statements, report.first_unknown_statement, report.skipped_primitives), (0, None, 3));
+}
+
+#[test]
+fn text_of_two_bytes_a_character_is_told_as_such() {
+    let text = format!("{TRIANGLE}f 1 2 3\n");
+    let wide = |mark: &str, bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
+        format!("{mark}{text}").encode_utf16().flat_map(bytes).collect()
+    };
+    for mark in ["\u{feff}", ""] {
+        for bytes in [wide(mark, u16::to_le_bytes), wide(mark, u16::to_be_bytes)] {
+            for format in [Some(Format::Obj), Some(Format::Gltf), None] {
+                match read_bytes(bytes.clone(), "a", format, None, &ReadOptions::default()) {
+                    Err(error @ SceneError::InPlaceOfData { resembles: Resemblance::Utf16, .. }) => {
+                        assert!(error.to_string().contains("text in UTF-16"), "{error}")
+                    }
+                    other => panic!("{format:?}: {other:?}"),
+                }
+            }
+        }
+    }
+    assert!(error("v\0\0\0 \0\0\x000\0\0\0").contains("NUL"), "UTF-32 and other binary data");
 }

@@ -1,11 +1,8 @@
 //! Faces of more than three corners.
 
-use super::{corners, read};
-use crate::exec::Executor;
-use crate::scene::obj::add_faces;
-use crate::scene::obj::polygon::{MAX_LARGE_WORK, Triangulator};
-use crate::scene::source::Source;
-use crate::scene::{ErrorKind, Mesh, ReadOptions, Scene, SceneError};
+use super::{corners, read, read_as};
+use crate::scene::obj::polygon::LargeFaces;
+use crate::scene::{ReadOptions, Scene, SceneError};
 
 /// A polygon in the plane z = 0 as OBJ text.
 fn polygon(points: &[[f32; 2]]) -> String {
@@ -148,31 +145,21 @@ fn faces_that_wind_around_many_times_become_fans() {
 
 #[test]
 fn large_faces_share_an_allowance_and_small_ones_need_none() {
-    let mut cut = Triangulator::new(MAX_LARGE_WORK);
-    assert!((0..1_000_000).all(|_| cut.afford(1000)));
-    assert!((0..256).all(|_| cut.afford(1 << 14)));
-    assert!(!cut.afford(2000));
+    let mut large = LargeFaces::default();
+    assert!((0..1_000_000).all(|_| large.afford(1000)));
+    assert!((0..256).all(|_| large.afford(1 << 14)));
+    assert!(!large.afford(2000));
 }
 
 #[test]
-fn large_faces_beyond_their_allowance_are_refused() {
-    const CORNERS: u32 = 2000;
-    let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(CORNERS);
-    let positions: Vec<[f64; 3]> = (0..CORNERS).map(|i| [angle(i).cos(), angle(i).sin(), 0.0]).collect();
-    let two = tobj::Mesh {
-        indices: (0..CORNERS).chain(0..CORNERS).collect(),
-        face_arities: vec![CORNERS; 2],
-        ..tobj::Mesh::default()
+fn faces_that_are_too_large_are_refused_with_their_line() {
+    let line = |text: String| match read_as(text, &ReadOptions::default()) {
+        Err(SceneError::TooMany { line, .. }) => line,
+        other => panic!("{other:?}"),
     };
-    let (options, exec, mut progress) = (ReadOptions::default(), Executor::sequential(), |_, _| ());
-    let source = Source::new("test.obj".as_ref(), None, &options, &exec, &mut progress);
-    let cut = |allowance: u64| {
-        let (mut mesh, mut cut) = (Mesh::default(), Triangulator::new(allowance));
-        add_faces(&two, 0, &positions, &mut mesh, None, &mut cut, &source).map(|()| mesh.triangles.len())
-    };
-    let needed = 2 * u64::from(CORNERS) * u64::from(CORNERS);
-    assert_eq!(cut(needed).unwrap(), 2 * (CORNERS as usize - 2));
-    let refused = cut(needed - 1).unwrap_err();
-    assert_eq!(refused.kind(), ErrorKind::Limit);
-    assert!(matches!(refused, SceneError::TooMany { limit, .. } if limit == needed - 1), "{refused}");
+    let face = |corners: usize| format!("f{}\n", " 1".repeat(corners));
+    assert_eq!(line(format!("v 0 0 0\n\n{}", face(16_385))), Some(3));
+    assert_eq!(line(format!("v 0 0 0\nf 1 1 1\n{}", face(16_385))), Some(3), "where lines are read in one loop");
+    // One face more than the allowance has room for.
+    assert_eq!(line(format!("v 0 0 0\n{}", face(16_384).repeat(257))), Some(258));
 }

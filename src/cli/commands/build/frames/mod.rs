@@ -11,7 +11,7 @@ use crate::cli::names;
 use clap::{Args, ValueEnum};
 use folder::Folder;
 use numbers::{MOST, Numbers};
-pub use pattern::Pattern;
+pub use pattern::{NoPattern, Pattern};
 use std::path::{Path, PathBuf};
 
 #[derive(Clone, Debug, Args)]
@@ -67,7 +67,9 @@ pub fn resolve(path: &Path, args: &FrameArgs) -> Option<Result<Sequence, Failure
     let refuse = |exit, fact: String| Failure::new(exit, format!("cannot build {}", names::path(path))).fact(fact);
     Some(match Pattern::parse(path)? {
         Ok(pattern) => find(path, &pattern, args),
-        Err(reason) => Err(refuse(Exit::Usage, format!("no such file exists, and as a pattern of frames {reason}"))),
+        Err(NoPattern { fact, help }) => {
+            Err(refuse(Exit::Usage, format!("no such file exists, and as a pattern of frames {fact}")).help(help))
+        }
     })
 }
 
@@ -82,7 +84,8 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
         (numbers, None) | (None, numbers) => numbers.as_ref(),
     };
     let folder = Folder::read(pattern)
-        .map_err(|e| refuse(Exit::Io, format!("cannot list {}: {e}", names::path(pattern.folder()))))?;
+        .map_err(|e| refuse(Exit::Io, format!("cannot list {}: {e}", names::path(pattern.folder()))))
+        .map_err(|refused| refused.help("check the name of the folder; paths start from the working directory"))?;
     if let Some((number, [a, b])) = &folder.twice {
         let fact = format!("frame {number} is there twice: {} and {}", names::escape(a), names::escape(b));
         return Err(refuse(Exit::Usage, fact).help("move one of them to another folder"));
@@ -144,7 +147,8 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
         }
     }
     if frames.is_empty() {
-        return Err(refuse(Exit::Io, format!("no frame of --frames is there; there are {there}")));
+        return Err(refuse(Exit::Io, format!("no frame of --frames is there; there are {there}"))
+            .help("choose among those by --frames, or leave it out"));
     }
 
     let mut warnings = Vec::new();

@@ -30,27 +30,52 @@ pub enum Match {
 /// A number is never printed with more digits.
 const WIDEST: usize = 10;
 
+/// Why a name is not the pattern that it seems to be, and what to do.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NoPattern {
+    pub fact: String,
+    pub help: String,
+}
+
+impl NoPattern {
+    fn new(fact: impl Into<String>, help: impl Into<String>) -> NoPattern {
+        NoPattern { fact: fact.into(), help: help.into() }
+    }
+}
+
 impl Pattern {
     /// `None` for a name without a place for a number. Only the last part of a path may have one.
     ///
     /// # Errors
     /// Why the name is not the pattern that it seems to be.
-    pub fn parse(path: &Path) -> Option<Result<Pattern, String>> {
-        let name = path.file_name()?.to_str()?;
-        let places = [printf(name), runs(name, '#'), runs(name, '@')].into_iter().find(|places| !places.is_empty())?;
+    pub fn parse(path: &Path) -> Option<Result<Pattern, NoPattern>> {
+        let file_name = path.file_name()?;
+        let Some(name) = file_name.to_str() else {
+            let seems = seems_pattern(&file_name.to_string_lossy());
+            return seems.then(|| {
+                Err(NoPattern::new("it is not UTF-8, and patterns are", "rename the files, or name them one by one"))
+            });
+        };
+        let found = [printf(name), runs(name, '#'), runs(name, '@')].into_iter().find(|places| !places.is_empty());
+        let Some(places) = found else { return not_quite(path, name).map(Err) };
+        let refuse = |fact: String, help: String| Some(Err(NoPattern::new(fact, help)));
         let (start, end, width) = match places[..] {
             [one] => one,
-            _ => return Some(Err(format!("it has {} places for a frame number, and one is needed", places.len()))),
+            _ => {
+                let fact = format!("it has {} places for a frame number, and one is needed", places.len());
+                return refuse(fact, "write the other numbers out, or take the name as it is with --literal".into());
+            }
         };
         if width > WIDEST {
-            return Some(Err(format!("its frame numbers would have {width} digits; they have at most {WIDEST}")));
+            let fact = format!("its frame numbers would have {width} digits; they have at most {WIDEST}");
+            return refuse(fact, "write %04d for numbers of four digits".into());
         }
         let (mut before, after) = (&name[..start], &name[end..]);
         let mut numbers = None;
         if let Some((rest, list)) = split_list(before) {
             match list.parse() {
                 Ok(list) => (before, numbers) = (rest, Some(list)),
-                Err(reason) => return Some(Err(reason)),
+                Err(reason) => return refuse(reason, "write the list as 1001-1100, or give it to --frames".into()),
             }
         }
         // `%%` stands for a percent sign where the other place is one of printf's, as it does there.
@@ -100,6 +125,37 @@ impl Pattern {
             Match::Padded(number, if is_plain { 1 } else { digits.len() })
         }
     }
+}
+
+/// What a path without a place in its last part was meant to be, where it seems to be a pattern all the same.
+fn not_quite(path: &Path, name: &str) -> Option<NoPattern> {
+    if let Some((spaced, padded)) = padded_by_spaces(name) {
+        let fact = format!("it has {spaced}, which pads numbers by spaces; they are padded by zeros, or not at all");
+        let fixed = path.with_file_name(name.replacen(&spaced, &padded, 1));
+        return Some(NoPattern::new(fact, format!("write it so: '{}'", fixed.display())));
+    }
+    let folder = path.parent()?.to_string_lossy();
+    seems_pattern(&folder).then(|| {
+        let fact =
+            "its place for a frame number is in the name of a folder, and only the name of the file can have one";
+        NoPattern::new(fact, "build folder by folder, or take the path as it is with --literal")
+    })
+}
+
+/// Whether a text has what is hardly anything but a place for a number; a lone `#` or `@` may be part of any name.
+fn seems_pattern(text: &str) -> bool {
+    let is_run = |mark| runs(text, mark).iter().any(|(start, end, _)| end - start > 1);
+    !printf(text).is_empty() || is_run('#') || is_run('@')
+}
+
+/// `%4d`, and `%04d` in its place.
+fn padded_by_spaces(name: &str) -> Option<(String, String)> {
+    name.match_indices('%').find_map(|(at, _)| {
+        let rest = &name[at + 1..];
+        let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+        let is_place = digits > 0 && !rest.starts_with('0') && rest[digits..].starts_with('d');
+        is_place.then(|| (format!("%{}d", &rest[..digits]), format!("%0{}d", &rest[..digits])))
+    })
 }
 
 /// Places of `%d` and `%04d`: start, end and width.
@@ -164,12 +220,36 @@ mod tests {
 
     #[test]
     fn names_without_a_place_are_no_patterns() {
-        for text in ["heli.obj", "50%.obj", "50%%.obj", "a.%s.obj", "a.%4d.obj", "a#1/b.obj", "%%04d.obj", ".."] {
+        for text in ["heli.obj", "50%.obj", "50%%.obj", "a.%s.obj", "a#1/b.obj", "a@b/c.obj", "%%04d.obj", ".."] {
             assert_eq!(Pattern::parse(Path::new(text)), None, "{text}");
         }
         for text in ["%d.%d.obj", "#.#.obj", "a@b@.obj", "a.%099d.obj", "a.9-1#.obj"] {
             assert!(Pattern::parse(Path::new(text)).unwrap().is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn what_is_not_quite_a_pattern_is_told_with_a_way_out() {
+        for (text, fact, help) in [
+            ("in/a.%4d.obj", "%4d, which pads numbers by spaces", "'in/a.%04d.obj'"),
+            ("in.%04d/a.obj", "name of a folder", "--literal"),
+            ("####/a.obj", "name of a folder", "folder by folder"),
+            ("a.%d.%d.obj", "2 places", "--literal"),
+            ("a.%099d.obj", "99 digits", "%04d"),
+            ("a.9-1#.obj", "ends before it begins", "1001-1100"),
+        ] {
+            let refused = Pattern::parse(Path::new(text)).unwrap().unwrap_err();
+            assert!(refused.fact.contains(fact) && refused.help.contains(help), "{text}: {refused:?}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn patterns_are_utf_8() {
+        use std::os::unix::ffi::OsStrExt;
+        let parse = |name: &[u8]| Pattern::parse(Path::new(std::ffi::OsStr::from_bytes(name)));
+        assert!(parse(b"caf\xe9.%04d.obj").unwrap().unwrap_err().fact.contains("UTF-8"));
+        assert_eq!(parse(b"caf\xe9.obj"), None);
     }
 
     #[test]
