@@ -65,6 +65,7 @@ pub fn failure(error: &CacheError) -> Failure {
         ErrorKind::Invalid => Exit::Negative,
         ErrorKind::Unsupported => Exit::Unsupported,
         ErrorKind::Limit => Exit::Limit,
+        ErrorKind::Frames => Exit::Usage,
         _ => Exit::Internal,
     };
     let failure = Failure::new(exit, error.to_string());
@@ -86,6 +87,11 @@ pub fn failure(error: &CacheError) -> Failure {
             failure.help("if you trust the file, raise the limit: --max-memory 32G")
         }
         CacheError::Limit { limit: Limited::Machine { .. }, .. } => failure.help(MORE_MEMORY),
+        CacheError::Sequence { .. } => {
+            failure.help("take a frame out of it as a still file: bvhc convert FILE -o STILL --frame 0")
+        }
+        CacheError::Still { .. } => failure.help("leave out --frame"),
+        CacheError::NoFrame { .. } => failure.help("see which there are: bvhc info FILE"),
         CacheError::Limit { .. } => failure.help("split the scene into several models, or shorten its names"),
         _ => failure.help("this is a fault of the program that called the writer; please report it"),
     }

@@ -6,6 +6,7 @@
 
 mod animation;
 mod bounds;
+mod clip;
 mod collinear;
 mod error;
 mod excerpt;
@@ -25,6 +26,7 @@ mod validate;
 
 pub use animation::{Animation, AnimationChoice, KeyTimes, Moment, Posed, Seconds};
 pub(crate) use bounds::Bounds;
+pub use clip::{Clip, play};
 pub(crate) use collinear::is_collinear;
 pub use error::{ErrorKind, SceneError};
 #[cfg(any(feature = "cli", test))]
@@ -213,6 +215,47 @@ pub struct Statement {
     pub line: u64,
     /// Its first word, shortened where it is long.
     pub word: String,
+}
+
+impl ReadReport {
+    /// Add what reading another frame of the same sequence dropped. What a model says once, such as how many animations are not played, is counted once.
+    pub fn add(&mut self, frame: &ReadReport) {
+        let sums = [
+            (&mut self.degenerate_triangles, frame.degenerate_triangles),
+            (&mut self.non_finite_triangles, frame.non_finite_triangles),
+            (&mut self.out_of_range_triangles, frame.out_of_range_triangles),
+            (&mut self.unreferenced_positions, frame.unreferenced_positions),
+            (&mut self.unknown_statements, frame.unknown_statements),
+            (&mut self.skipped_primitives, frame.skipped_primitives),
+            (&mut self.singular_instances, frame.singular_instances),
+            (&mut self.out_of_range_instances, frame.out_of_range_instances),
+            (&mut self.unweighted_vertices, frame.unweighted_vertices),
+            (&mut self.unapplied_morph_weights, frame.unapplied_morph_weights),
+            (&mut self.absent_materials, frame.absent_materials),
+            (&mut self.hidden_nodes, frame.hidden_nodes),
+        ];
+        for (sum, count) in sums {
+            *sum = sum.saturating_add(count);
+        }
+        let once = [
+            (&mut self.unplayed_animations, frame.unplayed_animations),
+            (&mut self.unknown_channels, frame.unknown_channels),
+            (&mut self.unposed_skins, frame.unposed_skins),
+            (&mut self.uninstanced_skins, frame.uninstanced_skins),
+        ];
+        for (most, count) in once {
+            *most = count.max(*most);
+        }
+        if self.first_unknown_statement.is_none() {
+            self.first_unknown_statement.clone_from(&frame.first_unknown_statement);
+        }
+        self.largest_magnitude = self.largest_magnitude.max(frame.largest_magnitude);
+        for extension in &frame.ignored_extensions {
+            if let Err(place) = self.ignored_extensions.binary_search(extension) {
+                self.ignored_extensions.insert(place, extension.clone());
+            }
+        }
+    }
 }
 
 impl Instance {

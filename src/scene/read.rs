@@ -1,5 +1,5 @@
 use super::source::{Progress, Source};
-use super::{Animation, Format, ReadOptions, Resemblance, Scene, SceneError, gltf, obj, sanitize};
+use super::{Animation, AnimationChoice, Format, ReadOptions, Resemblance, Scene, SceneError, gltf, obj, sanitize};
 use crate::exec::Executor;
 use std::path::{Path, PathBuf};
 
@@ -49,11 +49,11 @@ pub fn read_bytes(
 }
 
 /// The folder that a model's relative references start from.
-fn folder_of(path: &Path) -> Option<PathBuf> {
+pub(super) fn folder_of(path: &Path) -> Option<PathBuf> {
     path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p }.to_owned())
 }
 
-fn format_of(bytes: &[u8], given: Option<Format>, source: &Source) -> Result<Format, SceneError> {
+pub(super) fn format_of(bytes: &[u8], given: Option<Format>, source: &Source) -> Result<Format, SceneError> {
     if let Some(resembles) = Resemblance::of_wide_text(bytes) {
         return Err(SceneError::InPlaceOfData { path: source.path.to_owned(), what: "the file".into(), resembles });
     }
@@ -64,10 +64,7 @@ fn format_of(bytes: &[u8], given: Option<Format>, source: &Source) -> Result<For
 fn parse(bytes: Vec<u8>, format: Option<Format>, mut source: Source) -> Result<Scene, SceneError> {
     let options = source.options;
     let mut scene = match (format_of(&bytes, format, &source)?, &options.moment) {
-        (Format::Obj, Some(moment)) => {
-            let (path, asked) = (source.path.to_owned(), moment.animation.clone());
-            return Err(SceneError::NoSuchAnimation { path, asked, found: 0, count: 0, animations: Vec::new() });
-        }
+        (Format::Obj, Some(moment)) => return Err(no_animations(source.path, &moment.animation)),
         (Format::Obj, None) => obj::parse(bytes, &mut source)?,
         (Format::Gltf, _) => gltf::parse(bytes, &mut source)?,
     };
@@ -76,4 +73,10 @@ fn parse(bytes: Vec<u8>, format: Option<Format>, mut source: Source) -> Result<S
     scene.degenerate = source.options.degenerate;
     scene.inputs = source.inputs;
     Ok(scene)
+}
+
+/// An OBJ model has no animation that could be meant.
+pub(super) fn no_animations(path: &Path, asked: &AnimationChoice) -> SceneError {
+    let (path, asked) = (path.to_owned(), asked.clone());
+    SceneError::NoSuchAnimation { path, asked, found: 0, count: 0, animations: Vec::new() }
 }

@@ -66,6 +66,28 @@ pub(super) fn animations(bytes: Vec<u8>, source: &mut Source) -> Result<Vec<Anim
     Model::read(&bytes, source)?.animations(source)
 }
 
+/// A model and the animation that it is posed by.
+pub(super) struct Played<'b> {
+    model: Model<'b>,
+    playable: Playable,
+}
+
+impl<'b> Played<'b> {
+    pub fn read(bytes: &'b [u8], choice: &AnimationChoice, source: &mut Source) -> Result<Played<'b>, SceneError> {
+        let mut model = Model::read(bytes, source)?;
+        let playable = model.animation(choice, source)?;
+        Ok(Played { model, playable })
+    }
+
+    pub fn animation(&self) -> &Animation {
+        &self.playable.animation
+    }
+
+    pub fn at(&mut self, time: Seconds, source: &mut Source) -> Result<Scene, SceneError> {
+        self.model.at(&self.playable, time, source)
+    }
+}
+
 /// A file that was read as far as no pose matters. It can be posed at any number of times; buffers are fetched once.
 struct Model<'b> {
     document: Document,

@@ -146,6 +146,13 @@ pub fn readable(job: &Job) -> Result<(), Failure> {
     }
 }
 
+/// Refuse to write over a file that a model is read from.
+pub fn is_an_input(output: &Path, input: &Path) -> Failure {
+    Failure::new(Exit::Usage, format!("cannot write {}", names::path(output)))
+        .fact(format!("it is {}, a file that the model is read from", names::path(input)))
+        .help("name another output with -o")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -149,9 +149,7 @@ impl Workshop<'_> {
         let scene = scene::read_with(&job.input, &self.read, &self.context.exec, &mut progress)
             .map_err(|e| caches::scene_failure(&e))?;
         match scene.inputs.iter().find(|i| same_file(&i.path, &job.output)) {
-            Some(input) => Err(Failure::new(Exit::Usage, format!("cannot write {}", names::path(&job.output)))
-                .fact(format!("it is {}, a file that the model is read from", names::path(&input.path)))
-                .help("name another output with -o")),
+            Some(input) => Err(inputs::is_an_input(&job.output, &input.path)),
             None => Ok(scene),
         }
     }
@@ -166,7 +164,7 @@ impl Workshop<'_> {
     }
 
     /// Read the new file back far enough to know that the header, the table and every size are what was written.
-    fn check(&self, job: &Job, file_id: [u8; 32]) -> Result<(), Failure> {
+    pub(super) fn check(&self, job: &Job, file_id: [u8; 32]) -> Result<(), Failure> {
         let head = caches::head(&job.output, self.context)?;
         if head.header.file_id == file_id {
             return Ok(());
@@ -178,7 +176,7 @@ impl Workshop<'_> {
 }
 
 /// An editor or exporter may write while we read: then the tree is of no model that ever was.
-fn unchanged(inputs: &[InputFile], exec: &Executor) -> Result<(), Failure> {
+pub(super) fn unchanged(inputs: &[InputFile], exec: &Executor) -> Result<(), Failure> {
     for input in inputs {
         let now = cache::hash_file(&input.path, exec);
         if !matches!(now, Ok(now) if now == (input.len, input.blake3)) {
@@ -190,7 +188,7 @@ fn unchanged(inputs: &[InputFile], exec: &Executor) -> Result<(), Failure> {
     Ok(())
 }
 
-fn millis(d: Duration) -> f64 {
+pub(super) fn millis(d: Duration) -> f64 {
     (d.as_secs_f64() * 1e5).round() / 1e2
 }
 

@@ -1,7 +1,7 @@
 //! `bvhc build`: models in, cache files out.
 //!
 //! `options` are the flags that change the output, `inputs` what the arguments name, `frames` what patterns of frames stand for, `plan` decides what has to be done and why, `make` does it for one output,
-//! `outcome` says what was done, and `remarks` what did not arrive whole.
+//! `outcome` says what was done, `remarks` what did not arrive whole, and `sequence` makes one file of many frames.
 
 mod frames;
 mod inputs;
@@ -10,6 +10,7 @@ pub mod options;
 mod outcome;
 mod plan;
 mod remarks;
+mod sequence;
 
 use crate::cache::Codec;
 use crate::cache::keys::Recipe;
@@ -41,8 +42,8 @@ pub struct BuildArgs {
     /// Models to compile: files, quoted patterns such as 'models/*.obj' or 'heli.%04d.obj', or `-` for standard input
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// File to write, a folder (`DIR/`) that receives one .bvhc file per input, or a pattern such as 'heli.%04d.bvhc' for
-    /// frames
+    /// File to write, which for a pattern of frames holds them all; a folder (`DIR/`) that receives one .bvhc file per input;
+    /// or a pattern such as 'heli.%04d.bvhc' for a file per frame
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
     /// Build even what is up to date, and over files that are no caches
@@ -103,7 +104,8 @@ pub struct DepfileArgs {
 const EXAMPLES: &str = "Examples:
   bvhc build rock.glb -o rock.bvhc
   bvhc build *.obj -o caches/ --preset balanced
-  bvhc build 'heli.%04d.obj' -o 'heli.%04d.bvhc' --frames 1-100
+  bvhc build 'heli.%04d.obj' -o heli.bvhc --frames 1-100      one file for all frames
+  bvhc build fox.glb -o fox.bvhc --clip Walk --fps 24         likewise
   export-scene | bvhc build - --input-format glb -o scene.bvhc
   bvhc build rock.gltf -o rock.bvhc --depfile rock.bvhc.d     for Ninja and Make
   bvhc build rock.glb -o rock.bvhc --dry-run                  says why it would build";
@@ -189,7 +191,11 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
     if let Some(path) = args.depfile.path.as_ref().filter(|_| !args.force) {
         depfile::may_replace(path)?;
     }
-    let verdict = plan::examine(job, &workshop.recipe, workshop.codec, args.empty, context);
+    let recipe = match &job.frames {
+        Some(frames) => &sequence::recipe(workshop, frames),
+        None => &workshop.recipe,
+    };
+    let verdict = plan::examine(job, recipe, workshop.codec, args.empty, context);
     let name = names::path(&job.output);
     let reason = match verdict {
         Verdict::UpToDate { build_key, inputs } if !args.force => {
@@ -217,7 +223,8 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
         if job.output.parent().is_none_or(Path::exists) || job.output == args.output {
             plan::writable(job)?;
         }
-        let model = Some(workshop.rehearse(job)?);
+        // Of a sequence each frame would have to be read.
+        let model = if job.frames.is_none() { Some(workshop.rehearse(job)?) } else { None };
         return Ok((Outcome { reason: Some(reason), model, ..Outcome::new(job, Status::WouldBuild) }, line));
     }
 
@@ -229,7 +236,10 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
         std::fs::create_dir_all(folder).map_err(|e| io_failure("create", folder, &e))?;
     }
     plan::writable(job)?;
-    let made = workshop.make(job)?;
+    let made = match &job.frames {
+        Some(frames) => workshop.make_sequence(job, frames)?,
+        None => workshop.make(job)?,
+    };
     write_depfile(job, args, &made.inputs, &context.terminal)?;
     context.terminal.detail(&made.built.detail(job));
     let line = made.built.line(job);

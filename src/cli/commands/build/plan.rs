@@ -1,6 +1,7 @@
 //! What has to be done: which output each input has, and whether it is up to date, judged by content and never by time stamps.
 
-use super::frames::{NoPattern, Pattern};
+use super::frames::{Fps, NoPattern, Pattern};
+use super::sequence;
 use super::{BuildArgs, Empty};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Freshness, SectionEntry};
@@ -9,6 +10,7 @@ use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
+use crate::scene::{AnimationChoice, Seconds};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -38,6 +40,26 @@ pub struct Job {
     pub bytes: Option<Vec<u8>>,
     /// The number of the frame, where it is one of a pattern.
     pub frame: Option<i32>,
+    /// What a sequence is made from; `None` for a still file.
+    pub frames: Option<Frames>,
+}
+
+/// The frames of a sequence.
+#[derive(Clone, Debug)]
+pub enum Frames {
+    /// Models, one a frame.
+    Files(Vec<OneFrame>),
+    /// A clip of a glTF model.
+    Clip { choice: AnimationChoice, fps: Fps, range: Option<(Seconds, Seconds)> },
+}
+
+/// A frame that is a file.
+#[derive(Clone, Debug)]
+pub struct OneFrame {
+    pub number: i32,
+    pub model: PathBuf,
+    /// It is not there, and the model is that of the frame before.
+    pub held: bool,
 }
 
 /// Whether a job has anything to do.
@@ -58,6 +80,26 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
         args.output.as_os_str().as_encoded_bytes().last().is_some_and(|b| *b == b'/' || *b == b'\\' && cfg!(windows));
     let into_folder = ends_in_separator || args.output.is_dir();
     let pattern = pattern_of_output(args, &inputs, into_folder)?;
+    let plays = sequence::of_clip(args);
+    if plays.is_some() && inputs.iter().any(|i| i.frame.is_some()) {
+        return Err(refuse(
+            "--fps and --play are about clips of glTF models, and an input is a pattern of files".into(),
+        )
+        .help("leave them out"));
+    }
+    if plays.is_some() && inputs.iter().any(|i| i.bytes.is_some()) {
+        return Err(refuse("a clip is played from a file, and an input is standard input".into())
+            .help("write the model to a file first"));
+    }
+    // One file for all frames of a pattern, where the output is a plain name.
+    let inputs = match into_folder || pattern.is_some() || args.inputs.len() != 1 {
+        false if !inputs.is_empty() && inputs.iter().all(|i| i.frame.is_some()) => {
+            let frames = one_file(&inputs).map_err(refuse)?;
+            let jobs = vec![Job { frames: Some(frames), ..still(inputs[0].path.clone(), args.output.clone()) }];
+            return refuse_own_inputs(args, &inputs, jobs);
+        }
+        _ => inputs,
+    };
     if inputs.len() > 1 && !into_folder && pattern.is_none() {
         let shown = names::path(&args.output);
         let refused = refuse(format!("{} inputs need a folder to go to, and {shown} is not one", inputs.len()));
@@ -112,9 +154,34 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
             );
             return Err(refuse(fact).help("build one of them into another folder"));
         }
-        jobs.push(Job { input, output, bytes, frame: frame.map(|(number, _)| number) });
+        let frame = frame.map(|(number, _)| number);
+        jobs.push(Job { bytes, frame, frames: plays.clone(), ..still(input, output) });
     }
-    let files = jobs.iter().filter(|j| j.bytes.is_none()).filter_map(|j| Some((Identity::of(&j.input)?, &j.input)));
+    refuse_own_inputs(args, &[], jobs)
+}
+
+fn still(input: PathBuf, output: PathBuf) -> Job {
+    Job { input, output, bytes: None, frame: None, frames: None }
+}
+
+/// All frames of a pattern.
+fn one_file(inputs: &[Input]) -> Result<Frames, String> {
+    let most = sequence::MOST_FRAMES;
+    if inputs.len() > most {
+        return Err(format!("there are {} frames, and a file holds at most {most}", inputs.len()));
+    }
+    let frame = |input: &Input| {
+        let (number, path) = input.frame.as_ref()?;
+        Some(OneFrame { number: *number, model: input.path.clone(), held: *path != input.path })
+    };
+    Ok(Frames::Files(inputs.iter().filter_map(frame).collect()))
+}
+
+/// An output is no input, nor the depfile.
+fn refuse_own_inputs(args: &BuildArgs, frames: &[Input], jobs: Vec<Job>) -> Result<Vec<Job>, Failure> {
+    let refuse = |fact: String| Failure::new(Exit::Usage, "cannot build").fact(fact);
+    let of_jobs = jobs.iter().filter(|j| j.bytes.is_none()).map(|j| &j.input);
+    let files = of_jobs.chain(frames.iter().map(|i| &i.path)).filter_map(|path| Some((Identity::of(path)?, path)));
     let files: BTreeMap<Identity, &PathBuf> = files.collect();
     for job in &jobs {
         if let Some(input) = Identity::of(&job.output).and_then(|output| files.get(&output)) {

@@ -56,9 +56,13 @@ fn common_divisor(a: i64, b: i64) -> i64 {
     if b == 0 { a } else { common_divisor(b, a % b) }
 }
 
-/// Ascending numbers as a list of a few ranges: `3, 7-9 and 12 more`.
-pub fn ranges(numbers: &[i32]) -> String {
-    const SHOWN: usize = 5;
+/// Ascending numbers as a list of all their ranges: `3,7-9`.
+pub fn runs(numbers: &[i32]) -> String {
+    runs_of(numbers).iter().map(text_of).collect::<Vec<_>>().join(",")
+}
+
+/// The first and the last of each run of numbers that follow each other.
+fn runs_of(numbers: &[i32]) -> Vec<(i32, i32)> {
     let mut runs: Vec<(i32, i32)> = Vec::new();
     for &number in numbers {
         match runs.last_mut() {
@@ -66,8 +70,18 @@ pub fn ranges(numbers: &[i32]) -> String {
             _ => runs.push((number, number)),
         }
     }
-    let text = |&(first, last): &(i32, i32)| if first == last { first.to_string() } else { format!("{first}-{last}") };
-    let shown: Vec<String> = runs.iter().take(SHOWN).map(text).collect();
+    runs
+}
+
+fn text_of(&(first, last): &(i32, i32)) -> String {
+    if first == last { first.to_string() } else { format!("{first}-{last}") }
+}
+
+/// Ascending numbers as a list of a few ranges: `3, 7-9 and 12 more`.
+pub fn ranges(numbers: &[i32]) -> String {
+    const SHOWN: usize = 5;
+    let runs = runs_of(numbers);
+    let shown: Vec<String> = runs.iter().take(SHOWN).map(text_of).collect();
     let rest: i64 = runs.iter().skip(SHOWN).map(|(first, last)| i64::from(*last) - i64::from(*first) + 1).sum();
     if rest == 0 { shown.join(", ") } else { format!("{} and {rest} more", shown.join(", ")) }
 }

@@ -1,15 +1,20 @@
-//! Frames of a sequence that is one file a frame: which files a pattern such as `heli.%04d.obj` stands for, and what is missing.
+//! Frames of a sequence: which files a pattern such as `heli.%04d.obj` stands for, what is missing, and how a clip is played.
 
 mod folder;
 mod numbers;
 mod pattern;
 
+use super::options::choice;
+use crate::build::Named;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
+use crate::scene::Seconds;
+use crate::sequence::{Refit, RefitPolicy};
 use clap::{Args, ValueEnum};
 use folder::Folder;
+pub use folder::runs;
 use numbers::{MOST, Numbers};
 pub use pattern::{NoPattern, Pattern};
 use std::path::{Path, PathBuf};
@@ -24,9 +29,67 @@ pub struct FrameArgs {
     /// What to do where a frame is not there
     #[arg(long, value_enum, value_name = "POLICY", default_value = "error")]
     pub missing: Missing,
+    /// Play a glTF clip as a sequence with so many frames a second, or `auto`: as many as its keys have where
+    /// they are uniform, else 24
+    #[arg(long, value_name = "N|auto", value_parser = Fps::parse, conflicts_with = "time")]
+    pub fps: Option<Fps>,
+    /// Play only this stretch of a glTF clip, in seconds, such as 0.5..2; without --fps as `--fps auto`
+    #[arg(long, value_name = "FROM..TO", value_parser = stretch, conflicts_with = "time", allow_hyphen_values = true)]
+    pub play: Option<(Seconds, Seconds)>,
+    /// Whether the trees of a sequence are refitted to what moved
+    #[arg(long, value_name = "MODE", value_parser = choice::<Refit>(), default_value = "auto")]
+    pub refit: Refit,
+    /// Build a tree of a sequence anew where refitting has raised its SAH cost to so many times what it was
+    #[arg(long, value_name = "RATIO", value_parser = ratio, default_value_t = RefitPolicy::REBUILD_RATIO)]
+    pub rebuild_ratio: f32,
     /// Take inputs and output as plain names, without frames and without *, ? and []
     #[arg(long)]
     pub literal: bool,
+}
+
+/// How many frames of a clip make a second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fps {
+    Auto,
+    Rate(f64),
+}
+
+impl Fps {
+    fn parse(text: &str) -> Result<Fps, String> {
+        match text.parse::<f64>() {
+            _ if text == "auto" => Ok(Fps::Auto),
+            Ok(rate) if rate > 0.0 && rate <= 1e6 => Ok(Fps::Rate(rate)),
+            _ => Err("choose auto, or frames a second above 0 and up to 1000000, such as 24".to_string()),
+        }
+    }
+}
+
+impl Named for Refit {
+    const KIND: &'static str = "mode";
+
+    fn names() -> Vec<(Self, &'static str)> {
+        vec![(Refit::Auto, "auto"), (Refit::Never, "never"), (Refit::Always, "always")]
+    }
+}
+
+fn stretch(text: &str) -> Result<(Seconds, Seconds), String> {
+    let both = text.split_once("..").and_then(|(from, to)| Some((from.parse().ok()?, to.parse().ok()?)));
+    both.filter(|(from, to): &(Seconds, Seconds)| from <= to)
+        .ok_or_else(|| "a stretch is two times in seconds, the earlier one first, such as 0.5..2".to_string())
+}
+
+fn ratio(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|ratio| (1.0..=1e6).contains(ratio))
+        .ok_or_else(|| "a ratio is 1 or more, such as 1.2".to_string())
+}
+
+impl FrameArgs {
+    /// When trees are built anew.
+    pub fn policy(&self) -> RefitPolicy {
+        RefitPolicy { refit: self.refit, rebuild_ratio: self.rebuild_ratio }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

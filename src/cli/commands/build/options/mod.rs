@@ -14,7 +14,7 @@ use crate::build::Named;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 /// A closed set of the library as values of a flag: its names are the choices.
-fn choice<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
+pub fn choice<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
     let names = T::names().into_iter().map(|(_, name)| PossibleValue::new(name));
     PossibleValuesParser::new(names).try_map(|text| T::parse(&text))
 }

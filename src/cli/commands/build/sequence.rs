@@ -1,0 +1,314 @@
+//! A sequence: many frames, one file.
+
+use super::frames::Fps;
+use super::inputs;
+use super::make::{Made, Workshop, millis, unchanged};
+use super::outcome::{Arrival, Built, SequenceBuilt, Times};
+use super::plan::{Frames, Job, OneFrame};
+use super::remarks::Remarks;
+use super::{BuildArgs, Empty};
+use crate::build::{BuildOptions, Levels, Named, Progress};
+use crate::cache::keys::Recipe;
+use crate::cache::{self, Meta, WriteSummary};
+use crate::cli::caches;
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::figures;
+use crate::cli::interrupt;
+use crate::cli::names;
+use crate::cli::progress::Bar;
+use crate::compile::Placing;
+use crate::scene::{
+    self, Animation, AnimationChoice, Clip, Degenerate, InputFile, ReadOptions, ReadReport, Rounding, Scene, Seconds,
+};
+use crate::sequence::{FrameLabel, FrameOutcome, SequenceBuilder, SequenceError};
+use std::time::{Duration, Instant};
+
+/// Frames a second of a clip whose keys are not uniform.
+const FILM: f64 = 24.0;
+
+/// Most frames of a sequence: each may need four sections, and a file has 65,536.
+pub const MOST_FRAMES: usize = 16_000;
+
+/// What the frames of a sequence are read with: triangles without area stay, since they may have one in another frame.
+fn read_options(read: &ReadOptions) -> ReadOptions {
+    let degenerate = if read.degenerate == Degenerate::Error { Degenerate::Error } else { Degenerate::Keep };
+    ReadOptions { degenerate, moment: None, ..read.clone() }
+}
+
+/// A sequence always has a top level.
+fn build_options(build: &BuildOptions) -> BuildOptions {
+    BuildOptions { levels: Levels::Two, ..build.clone() }
+}
+
+/// What decides a sequence's content beside its inputs.
+pub fn recipe(workshop: &Workshop, frames: &Frames) -> Recipe {
+    let mut options = build_options(&workshop.build).effective();
+    options.extend(read_options(&workshop.read).effective());
+    let policy = workshop.args.frames.policy();
+    options.push(("sequence".into(), frames.recorded()));
+    options.push(("refit".into(), policy.refit.name().into()));
+    options.push(("rebuild_ratio".into(), policy.rebuild_ratio.to_string()));
+    Recipe { options, ..workshop.recipe.clone() }
+}
+
+/// The frames that the arguments make of a glTF model; `None` where it is to stand still.
+pub fn of_clip(args: &BuildArgs) -> Option<Frames> {
+    let (choice, range) = (args.read.clip.clone().unwrap_or_default(), args.frames.play);
+    let fps = args.frames.fps.or(range.map(|_| Fps::Auto))?;
+    Some(Frames::Clip { choice, fps, range })
+}
+
+/// A build's ear for signals without its count of triangles: the bar counts frames.
+struct Ear<'a>(&'a Bar);
+
+impl Progress for Ear<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.0.is_cancelled()
+    }
+}
+
+/// What the frames had to say, all together.
+#[derive(Default)]
+struct Told {
+    report: ReadReport,
+    rounding: Rounding,
+    placing: Placing,
+    inputs: Vec<InputFile>,
+    frames: Vec<FrameOutcome>,
+    read_time: Duration,
+}
+
+impl Told {
+    fn scene(&mut self, scene: &Scene) {
+        self.report.add(&scene.report);
+        if scene.rounding.loss.share >= self.rounding.loss.share {
+            self.rounding = scene.rounding;
+        }
+        for input in &scene.inputs {
+            if self.inputs.iter().all(|known| known.path != input.path) {
+                self.inputs.push(input.clone());
+            }
+        }
+    }
+
+    fn frame(&mut self, frame: FrameOutcome) {
+        self.placing.collapsed += frame.placing.collapsed;
+        if frame.placing.loss.share >= self.placing.loss.share {
+            self.placing.loss = frame.placing.loss;
+        }
+        for note in &frame.placing.notes {
+            if !self.placing.notes.contains(note) {
+                self.placing.notes.push(note.clone());
+            }
+        }
+        self.frames.push(frame);
+    }
+}
+
+impl Workshop<'_> {
+    /// Read, build and write a sequence frame by frame. Nothing is at the output's place before everything else has succeeded.
+    pub fn make_sequence(&self, job: &Job, frames_of: &Frames) -> Result<Made, Failure> {
+        let start = Instant::now();
+        let (name, model) = (names::path(&job.output), names::path(&job.input));
+        let bar = Bar::new(&self.context.terminal, &name);
+        let ear = Ear(&bar);
+        let (read, policy) = (read_options(&self.read), self.args.frames.policy());
+        let exec = &self.context.exec;
+        let mut builder =
+            SequenceBuilder::new(&job.output, &self.build, policy, self.codec, exec, &ear).map_err(|e| failure(&e))?;
+        let mut told = Told::default();
+        match frames_of {
+            Frames::Files(list) => self.files(list, &read, &mut builder, &mut told, &bar)?,
+            Frames::Clip { choice, fps, range } => {
+                let mut progress = |_, _| ();
+                scene::play(&job.input, choice, &read, exec, &mut progress, |clip| {
+                    let times = self.times(clip.animation(), *fps, *range, &model)?;
+                    self.clip(clip, &times, &mut builder, &mut told, &bar)
+                })
+                .map_err(|e| caches::scene_failure(&e))??;
+            }
+        }
+        self.not_an_input(job, &told.inputs)?;
+
+        let Told { mut report, rounding, placing, inputs, frames, read_time } = told;
+        report.degenerate_triangles += placing.collapsed;
+        let remarks = Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing };
+        if frames.iter().all(|frame| frame.triangles == 0) && self.args.empty == Empty::Error {
+            return Err(remarks.nothing(&model));
+        }
+        let mut lines = remarks.warnings(Levels::Two);
+        let empty = frames.iter().filter(|frame| frame.triangles == 0).count() as u64;
+        if empty > 0 {
+            lines.push(format!("there is no triangle in {}", figures::counted(empty, "frame", "frames")));
+        }
+        lines.iter().for_each(|line| self.context.terminal.warn(&format!("{model}: {line}")));
+
+        bar.spin("writing");
+        let build_time = start.elapsed().saturating_sub(read_time);
+        unchanged(&inputs, exec)?;
+        let meta: Meta = cache::provenance(recipe(self, frames_of), &inputs, &report);
+        let publishing = interrupt::publish()?;
+        if !self.args.force {
+            caches::may_replace(&job.output)?;
+        }
+        let written = builder.finish(&meta).map_err(|e| failure(&e))?;
+        drop(publishing);
+        if !self.args.no_check {
+            self.check(job, written.header.file_id)?;
+        }
+        let total = start.elapsed();
+        let times = Times {
+            read_ms: millis(read_time),
+            build_ms: millis(build_time),
+            write_ms: millis(total.saturating_sub(read_time + build_time)),
+            total_ms: millis(total),
+        };
+        let arrival = Arrival { read: report, rounding, placing, posed: None, remarks: lines };
+        Ok(self.made(&written, frames, inputs, arrival, times))
+    }
+
+    fn made(
+        &self,
+        written: &WriteSummary,
+        frames: Vec<FrameOutcome>,
+        inputs: Vec<InputFile>,
+        arrival: Arrival,
+        times: Times,
+    ) -> Made {
+        let built = Built::of_sequence(SequenceBuilt::new(frames), written, arrival, times);
+        let inputs = inputs.into_iter().map(|input| input.path).collect();
+        Made { built, build_key: written.header.build_key, inputs }
+    }
+
+    /// The frames of a pattern: while one is built, the next one is read.
+    fn files(
+        &self,
+        list: &[OneFrame],
+        read: &ReadOptions,
+        builder: &mut SequenceBuilder,
+        told: &mut Told,
+        bar: &Bar,
+    ) -> Result<(), Failure> {
+        let exec = &self.context.exec;
+        let read_one = |frame: &OneFrame| -> Result<(Scene, Duration), Failure> {
+            let start = Instant::now();
+            let scene =
+                scene::read_with(&frame.model, read, exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e));
+            Ok((scene?, start.elapsed()))
+        };
+        bar.phase("frames of", list.len() as u64);
+        let mut next = list.first().map(read_one);
+        for (i, frame) in list.iter().enumerate() {
+            let Some((scene, took)) = next.take().transpose()? else { break };
+            told.read_time += took;
+            told.scene(&scene);
+            caches::fits(&frame.model, &scene, &self.build, self.context)?;
+            let label = FrameLabel { number: frame.number, time: None, held: frame.held };
+            let (done, read_ahead) = exec.join(|| builder.add(scene, label), || list.get(i + 1).map(read_one));
+            told.frame(done.map_err(|e| failure(&e))?);
+            next = read_ahead;
+            bar.set(i as u64 + 1, list.len() as u64);
+        }
+        Ok(())
+    }
+
+    fn clip(
+        &self,
+        clip: &mut Clip<'_, '_, '_>,
+        times: &[Seconds],
+        builder: &mut SequenceBuilder,
+        told: &mut Told,
+        bar: &Bar,
+    ) -> Result<(), Failure> {
+        bar.phase("frames of", times.len() as u64);
+        for (i, time) in times.iter().enumerate() {
+            let start = Instant::now();
+            let scene = clip.at(*time).map_err(|e| caches::scene_failure(&e))?;
+            told.read_time += start.elapsed();
+            told.scene(&scene);
+            let label = FrameLabel { number: i as i32, time: Some(time.get() as f32), held: false };
+            told.frame(builder.add(scene, label).map_err(|e| failure(&e))?);
+            bar.set(i as u64 + 1, times.len() as u64);
+        }
+        Ok(())
+    }
+
+    /// The times at which a clip is posed, and why those.
+    fn times(
+        &self,
+        animation: &Animation,
+        fps: Fps,
+        range: Option<(Seconds, Seconds)>,
+        model: &str,
+    ) -> Result<Vec<Seconds>, Failure> {
+        let refuse = |fact: String| Failure::new(Exit::Usage, format!("cannot play a clip of {model}")).fact(fact);
+        let shown = names::escape(&animation.to_string());
+        let (rate, why) = match (fps, animation.keys.and_then(|keys| keys.rate)) {
+            (Fps::Rate(rate), _) => (rate, String::new()),
+            (Fps::Auto, Some(rate)) => (rate, ", as its keys have".to_string()),
+            (Fps::Auto, None) => (FILM, ", since its keys are not uniform".to_string()),
+        };
+        let keys = animation.keys.map(|keys| (f64::from(keys.first), f64::from(keys.last)));
+        let (first, last) = match (range, keys) {
+            (Some((from, to)), _) => (from.get(), to.get()),
+            (None, Some(keys)) => keys,
+            (None, None) => return Err(refuse(format!("{shown} moves nothing of the scene")).help("leave out --fps")),
+        };
+        // A frame that lies a thousandth beyond the end is meant.
+        let steps = ((last - first) * rate + 1e-3).floor();
+        if !(steps < MOST_FRAMES as f64) {
+            return Err(refuse(format!(
+                "from {first} to {last} s at {rate} frames a second there are more than {MOST_FRAMES} frames"
+            ))
+            .help("choose a part of it by --play FROM..TO, or a lower --fps"));
+        }
+        let times: Vec<Seconds> = (0..=steps as u64).filter_map(|k| Seconds::new(first + k as f64 / rate)).collect();
+        let count = figures::counted(times.len() as u64, "frame", "frames");
+        self.context.terminal.detail(&format!("{model}: {shown}: {count} from {first} s on, {rate} a second{why}"));
+        Ok(times)
+    }
+
+    fn not_an_input(&self, job: &Job, inputs: &[InputFile]) -> Result<(), Failure> {
+        match inputs.iter().find(|input| super::plan::same_file(&input.path, &job.output)) {
+            Some(input) => Err(inputs::is_an_input(&job.output, &input.path)),
+            None => Ok(()),
+        }
+    }
+}
+
+fn failure(error: &SequenceError) -> Failure {
+    match error {
+        SequenceError::Build(error) => caches::build_failure(error),
+        SequenceError::Cache(error) => caches::failure(error),
+    }
+}
+
+impl Frames {
+    /// What META and the build key have of it: one text for each choice of frames.
+    fn recorded(&self) -> String {
+        match self {
+            Frames::Files(list) => {
+                let numbers = |some: &mut dyn Iterator<Item = i32>| super::frames::runs(&some.collect::<Vec<_>>());
+                let all = numbers(&mut list.iter().map(|frame| frame.number));
+                match numbers(&mut list.iter().filter(|frame| frame.held).map(|frame| frame.number)) {
+                    held if held.is_empty() => format!("files {all}"),
+                    held => format!("files {all}, held {held}"),
+                }
+            }
+            Frames::Clip { choice, fps, range } => {
+                let fps = match fps {
+                    Fps::Auto => "auto".to_string(),
+                    Fps::Rate(rate) => rate.to_string(),
+                };
+                let range = range.map_or_else(String::new, |(from, to)| format!(", {from}..{to} s"));
+                let which = match choice {
+                    AnimationChoice::Number(number) => format!("number {number}"),
+                    AnimationChoice::Name(name) => format!("name {name}"),
+                    _ => "the only one".to_string(),
+                };
+                format!("clip, fps {fps}{range}, {which}")
+            }
+        }
+    }
+}
