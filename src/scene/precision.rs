@@ -140,10 +140,25 @@ pub(crate) fn rounded_before(
     (coarse > 0 && coarse as f64 >= least * all as f64 && on_grid >= coarse - coarse / 64).then_some(widest)
 }
 
-/// What rounding cost the one of some meshes that lost most, whose file has 32-bit positions; nothing where none lost any.
-pub(super) fn worst_rounding(meshes: &[Mesh]) -> Rounding {
-    // Such a file's coordinates are floats wherever they are, so that a few far ones prove nothing.
-    const LEAST: f64 = 0.25;
+/// Coordinates of a file with 32-bit positions are floats wherever they are, so that a few far ones prove nothing.
+const LEAST: f64 = 0.25;
+
+/// Whether points lie so far off, for the size of their box, that 32-bit floats may be too coarse for what they show.
+pub(super) fn is_far(points: &[[f64; 3]]) -> bool {
+    let farthest = points.iter().flatten().fold(0.0, |most: f64, c| most.max(c.abs()));
+    farthest > 16.0 * Bounds::of(points.iter().copied()).longest()
+}
+
+/// [`Rounding::rounded_before`] of positions as a file has them, which a pose then moves: after that they are no floats any more.
+pub(super) fn rounded_before_posing(triangles: &[[u32; 3]], exact: impl Fn(u32) -> [f64; 3]) -> Option<Rounding> {
+    let loss = Loss::of(triangles, Loss::SAMPLE, &exact, &exact);
+    let apart = rounded_before(triangles, &exact, loss.edge, LEAST)?;
+    Some(Rounding { loss, rounded_before: Some(apart) })
+}
+
+/// What rounding cost the one of some meshes that lost most, whose file has 32-bit positions; nothing where none lost any. `posed` is what is known
+/// of those that a pose moved.
+pub(super) fn worst_rounding(meshes: &[Mesh], posed: Vec<Rounding>) -> Rounding {
     let rounding = |mesh: &Mesh| {
         let exact = |v: u32| mesh.exact_position(v as usize);
         let loss = Loss::of(&mesh.triangles, Loss::SAMPLE, exact, |v| mesh.positions[v as usize].map(f64::from));
@@ -156,7 +171,7 @@ pub(super) fn worst_rounding(meshes: &[Mesh]) -> Rounding {
         if r.loss.is_tolerable() { (0.0, apart) } else { (r.loss.share, apart) }
     };
     let lost = meshes.iter().map(rounding).filter(|r| r.loss.farthest > 0.0 || r.rounded_before.is_some());
-    lost.reduce(|a, b| if cost(&b) > cost(&a) { b } else { a }).unwrap_or_default()
+    posed.into_iter().chain(lost).reduce(|a, b| if cost(&b) > cost(&a) { b } else { a }).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -237,15 +252,15 @@ mod tests {
             Mesh { positions, triangles, ..Mesh::default() }
         };
         let (near, far, farther) = (mesh([0.0; 3]), mesh([0.0, 0.0, 500_123.0]), mesh([0.0, 0.0, 5_001_230.0]));
-        assert_eq!(worst_rounding(std::slice::from_ref(&near)), Rounding::default());
-        assert_eq!(worst_rounding(&[]), Rounding::default());
-        assert_eq!(worst_rounding(&[near.clone(), far.clone()]).rounded_before, Some(0.03125));
-        let worst = worst_rounding(&[near.clone(), farther, far]);
+        assert_eq!(worst_rounding(std::slice::from_ref(&near), Vec::new()), Rounding::default());
+        assert_eq!(worst_rounding(&[], Vec::new()), Rounding::default());
+        assert_eq!(worst_rounding(&[near.clone(), far.clone()], Vec::new()).rounded_before, Some(0.03125));
+        let worst = worst_rounding(&[near.clone(), farther, far], Vec::new());
         assert_eq!(worst.rounded_before, Some(0.5));
 
         // Remainders tell what rounding costs here.
         let posed = |off: f32| Mesh { remainders: vec![[off, 0.0, 0.0]; near.positions.len()], ..near.clone() };
-        let worst = worst_rounding(&[posed(1e-9), posed(0.05), posed(0.01)]);
+        let worst = worst_rounding(&[posed(1e-9), posed(0.05), posed(0.01)], Vec::new());
         assert!((worst.loss.share - 0.5).abs() < 1e-3 && worst.rounded_before.is_none(), "{worst:?}");
     }
 

@@ -117,6 +117,9 @@ fn what_an_obj_has_that_is_not_read_is_told_with_its_line() {
     let said = place.ok("build a.obj -o a.bvhc");
     assert_eq!(said.err, "warning: a.obj: left out 3 unknown statements (the first is '<<<<<<<' in line 15)\n");
     assert!(place.ok("info a.bvhc").out.contains("3 unknown statements"));
+    place.write("e.obj", format!("{}\u{1b}[2J 1\n", strip(3)));
+    let said = place.ok("build e.obj -o e.bvhc");
+    assert!(said.err.contains("\\u{1b}[2J") && !said.err.contains('\u{1b}'), "{}", said.err);
     place.write("b.obj", format!("{}v 0 1e39 0\nf 1 2 -1\n", strip(3)));
     let said = place.ok("build b.obj -o b.bvhc");
     let told = "left out 1 triangle with positions beyond the range of f32 (1.0e39; the limit is 3.4e38)";

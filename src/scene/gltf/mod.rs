@@ -44,6 +44,7 @@ use buffers::Buffers;
 use document::Document;
 use nodes::{Layout, Shown};
 use pose::{Pose, Stage};
+use primitive::PosedMesh;
 use reader::Reader;
 use skin::Skin;
 use std::collections::BTreeMap;
@@ -184,18 +185,21 @@ impl<'b> Model<'b> {
         let mut order: Vec<u32> = (0..poses.len() as u32).collect();
         order.sort_by_key(|number| poses[*number as usize].0);
         let mut read: Vec<(u32, Option<Affine>)> = vec![(0, None); poses.len()];
+        let mut rounded = Vec::new();
         for number in order {
             let (index, pose) = &poses[number as usize];
-            let (mesh, transform) = primitive::mesh(&mut reader, *index as usize, (pose, &stage), &mut scene.report)?;
+            let PosedMesh { mesh, transform, rounded_before } =
+                primitive::mesh(&mut reader, *index as usize, (pose, &stage), &mut scene.report)?;
             read[number as usize] = (scene.meshes.len() as u32, transform);
             scene.meshes.push(mesh);
+            rounded.extend(rounded_before);
         }
         for instance in &mut scene.instances {
             let (mesh, transform) = read[instance.mesh as usize];
             instance.mesh = mesh;
             instance.transform = transform.unwrap_or(instance.transform);
         }
-        scene.rounding = worst_rounding(&scene.meshes);
+        scene.rounding = worst_rounding(&scene.meshes, rounded);
         Ok(scene)
     }
 }

@@ -6,19 +6,27 @@ use super::reader::Reader;
 use super::vertices::Attributes;
 use crate::geom::{Affine, Point};
 use crate::scene::pose::{Place, Rounded, split_all};
+use crate::scene::precision::{is_far, rounded_before_posing};
 use crate::scene::source::Source;
-use crate::scene::{Mesh, Part, ReadReport, SceneError};
+use crate::scene::{Mesh, Part, ReadReport, Rounding, SceneError};
 use std::collections::BTreeMap;
 
+/// A mesh in a pose.
+pub(super) struct PosedMesh {
+    pub mesh: Mesh,
+    /// That of the mesh's instances, where the pose decides it and not the node: a skinned mesh stands in world space.
+    pub transform: Option<Affine>,
+    /// That the positions were rounded before they were written, where a pose moved them and the mesh does not tell it any more.
+    pub rounded_before: Option<Rounding>,
+}
+
 /// Read one glTF mesh in one pose: its triangle primitives, one [`Part`] each. Primitives whose vertices are equal share them.
-///
-/// The transform is that of the mesh's instances, where the pose decides it and not the node: a skinned mesh stands in world space.
 pub(super) fn mesh(
     reader: &mut Reader,
     index: usize,
     (pose, stage): (&Pose, &Stage),
     report: &mut ReadReport,
-) -> Result<(Mesh, Option<Affine>), SceneError> {
+) -> Result<PosedMesh, SceneError> {
     let document = reader.document;
     let json = &document.meshes[index];
     let mut mesh = Mesh { name: json.name.clone().unwrap_or_default(), ..Mesh::default() };
@@ -91,8 +99,9 @@ pub(super) fn mesh(
             });
         }
     }
+    let rounded_before = points.rounded_before(&mesh.triangles);
     let transform = points.finish(&mut mesh, reader.source)?;
-    Ok((mesh, transform))
+    Ok(PosedMesh { mesh, transform, rounded_before })
 }
 
 /// The positions of a mesh's primitives, one run behind the other.
@@ -105,6 +114,8 @@ struct Points<'s> {
     /// As they stand in the file.
     plain: (Vec<Point>, Vec<Point>),
     posed: Vec<[f64; 3]>,
+    /// What `posed` was before, as long as it lies far off; empty for nearly every mesh.
+    far: Vec<[f64; 3]>,
 }
 
 impl<'s> Points<'s> {
@@ -116,6 +127,7 @@ impl<'s> Points<'s> {
             runs: BTreeMap::new(),
             plain: (Vec::new(), Vec::new()),
             posed: Vec::new(),
+            far: Vec::new(),
         }
     }
 
@@ -150,6 +162,11 @@ impl<'s> Points<'s> {
             let (first, count) = (self.posed.len(), vertices.positions.len());
             reader.source.charge((count * size_of::<[f64; 3]>()) as u64, "the posed positions")?;
             append(&mut self.posed, vertices.posed(self.weights, self.place));
+            if is_far(&vertices.positions) {
+                reader.source.charge((count * size_of::<[f64; 3]>()) as u64, "the positions before posing")?;
+                self.far.resize(first, [0.0; 3]);
+                self.far.extend_from_slice(&vertices.positions);
+            }
             drop(vertices);
             reader.source.release(read);
             (first, count)
@@ -160,8 +177,16 @@ impl<'s> Points<'s> {
         Ok(run)
     }
 
+    /// Whether the file's own positions were rounded before they were written, where they are not those of the mesh.
+    fn rounded_before(&self, triangles: &[[u32; 3]]) -> Option<Rounding> {
+        let before = |v: u32| self.far.get(v as usize).copied().unwrap_or_default();
+        if self.far.is_empty() { None } else { rounded_before_posing(triangles, before) }
+    }
+
     /// Hand the positions to their mesh; the transform is that of its instances, where the pose decides it.
     fn finish(self, mesh: &mut Mesh, source: &mut Source) -> Result<Option<Affine>, SceneError> {
+        source.release((self.far.len() * size_of::<[f64; 3]>()) as u64);
+        drop(self.far);
         if self.is_plain {
             (mesh.positions, mesh.remainders) = self.plain;
             return Ok(None);

@@ -89,7 +89,8 @@ impl Remarks<'_> {
         let beyond = format!(" beyond the range of f32 ({largest}; the limit is {:.1e})", f32::MAX);
         let reaching = format!(" with positions{beyond}");
         let first = report.first_unknown_statement.as_ref();
-        let first = first.map(|s| format!(" (the first is '{}' in line {})", s.word, s.line)).unwrap_or_default();
+        let first = first.map(|s| format!(" (the first is '{}' in line {})", names::escape(&s.word), s.line));
+        let first = first.unwrap_or_default();
         let degenerate = if self.read.degenerate == Degenerate::Keep { 0 } else { report.degenerate_triangles };
         let found: Vec<String> = [
             (degenerate, "triangle", " without area"),

@@ -118,3 +118,32 @@ fn positions_that_were_rounded_before_are_told() {
     };
     assert_eq!((rounded(0.0), rounded(4_649_776.0)), (None, Some(0.5)));
 }
+
+#[test]
+fn positions_that_were_rounded_before_are_told_of_what_is_posed() {
+    let rounded = |x: f32, pose: fn(&mut Value)| {
+        let bytes = le(&[x, 0.0, 0.0, x + 0.5, 0.0, 0.0, x + 0.5, 1.0, 0.0, x, 1.0, 0.0]);
+        let scene = read_json(&edited(|d| {
+            d["buffers"][0] = json!({ "byteLength": bytes.len(), "uri": data_uri(&bytes) });
+            d["meshes"][0]["primitives"][0]["mode"] = 5.into();
+            // Without a view, all of an accessor is 0.
+            let zeros = |kind| json!({ "componentType": 5126, "type": kind, "count": 4 });
+            d["accessors"].as_array_mut().unwrap().extend([zeros("VEC3"), zeros("VEC4")]);
+            d["accessors"].as_array_mut().unwrap().push(json!({ "componentType": 5121, "type": "VEC4", "count": 4 }));
+            pose(d);
+        }));
+        (scene.rounding.rounded_before, scene.meshes[0].triangles.len())
+    };
+    let morphed = |d: &mut Value| {
+        d["meshes"][0]["weights"] = json!([0.25]);
+        d["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 4 }]);
+    };
+    let skinned = |d: &mut Value| {
+        d["meshes"][0]["primitives"][0]["attributes"] = json!({ "POSITION": 0, "WEIGHTS_0": 5, "JOINTS_0": 6 });
+        d["nodes"] = json!([{ "mesh": 0, "skin": 0 }, { "translation": [0.1, 0, 0] }]);
+        d["skins"] = json!([{ "joints": [1] }]);
+    };
+    for pose in [morphed, skinned] {
+        assert_eq!((rounded(0.0, pose), rounded(4_649_776.0, pose)), ((None, 2), (Some(0.5), 2)));
+    }
+}
