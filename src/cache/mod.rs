@@ -7,6 +7,7 @@
 mod atomic;
 pub mod check;
 mod convert;
+mod extract;
 mod freshness;
 mod image;
 mod intact;

@@ -35,6 +35,8 @@ pub struct Parts<'a> {
     pub materials: &'a [String],
     /// Bits of [`side_flags`](super::side_flags), one for each row; empty where none has any.
     pub sides: &'a [u32],
+    /// For each triangle of the topology its vertices in the source; empty where they were not asked for.
+    pub vertices: &'a [[u32; 3]],
 }
 
 /// A sequence that is being written. Call [`SequenceWriter::topology`] and [`SequenceWriter::pose`] for what a frame shows for the first time, then
@@ -54,6 +56,7 @@ pub struct SequenceWriter<'e> {
     names: Vec<String>,
     materials: Vec<String>,
     sides: Vec<u32>,
+    sources: Vec<[u32; 3]>,
     /// The block that the next frame closes.
     nodes: Vec<Node>,
     vertices: Vec<Point>,
@@ -96,6 +99,7 @@ impl<'e> SequenceWriter<'e> {
             names: Vec::new(),
             materials: Vec::new(),
             sides: Vec::new(),
+            sources: Vec::new(),
             nodes: Vec::new(),
             vertices: Vec::new(),
             blocks: 0,
@@ -126,6 +130,7 @@ impl<'e> SequenceWriter<'e> {
         self.names.extend(rows.clone().map(|i| named(parts.names, i)));
         self.materials.extend(rows.clone().map(|i| named(parts.materials, i)));
         self.sides.extend(rows.map(|i| parts.sides.get(i).copied().unwrap_or(0)));
+        self.sources.extend_from_slice(parts.vertices);
         let mine = &self.triangles[ref_offset as usize..];
         let split = mine.iter().any(|t| t.flags != 0);
         let depth = max_depth(nodes);
@@ -280,6 +285,9 @@ impl<'e> SequenceWriter<'e> {
                 SectionKind::POSE => (self.poses.len(), cast_slice(&self.poses).into()),
                 SectionKind::FRAM => (self.frames.len(), cast_slice(&self.frames).into()),
                 SectionKind::GEOM => (self.geoms.len(), cast_slice(&self.geoms).into()),
+                SectionKind::VERT if !self.sources.is_empty() && self.sources.len() == self.triangles.len() => {
+                    (self.sources.len(), cast_slice(&self.sources).into())
+                }
                 SectionKind::SIDE if self.sides.iter().any(|side| *side != 0) => {
                     (self.sides.len(), cast_slice(&self.sides).into())
                 }

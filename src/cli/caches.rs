@@ -6,7 +6,10 @@ use super::figures;
 use super::names;
 use super::{Context, advice};
 use crate::build::{BuildError, BuildOptions, Levels, Named, Remedy};
-use crate::cache::{Cache, CacheError, ErrorKind, Head, Limited, MAGIC, Meta, OpenOptions, Validation, rules};
+use crate::cache::check;
+use crate::cache::{
+    Cache, CacheError, ErrorKind, Frame, Head, Limited, MAGIC, Meta, OpenOptions, Sequence, Validation, rules,
+};
 use crate::compile;
 use crate::scene::{self, ReadOptions, Scene, SceneError};
 use crate::size::beyond;
@@ -24,6 +27,36 @@ pub fn open(path: &Path, context: &Context) -> Result<Cache, Failure> {
 pub fn open_checked(path: &Path, context: &Context) -> Result<Cache, Failure> {
     let options = OpenOptions { validation: Validation::Tree, ..options(context) };
     Cache::open_on(path, &options, &context.exec).map_err(|e| failure(&e))
+}
+
+/// Open a sequence, whose frames are then handed out as this run wants files to be opened.
+pub fn open_sequence(path: &Path, context: &Context) -> Result<Sequence, Failure> {
+    Sequence::open_on(path, &options(context), &context.exec).map_err(|e| failure(&e))
+}
+
+/// The frame of a sequence that has this number, every record of it checked.
+pub fn frame<'s>(sequence: &'s Sequence, path: &Path, number: i32, context: &Context) -> Result<Frame<'s>, Failure> {
+    let frames = sequence.frames();
+    let Some(index) = sequence.numbered(number) else {
+        let count = figures::counted(frames.len() as u64, "frame", "frames");
+        let ends = frames
+            .first()
+            .zip(frames.last())
+            .map_or_else(String::new, |(a, b)| format!(", {} to {}", a.number, b.number));
+        return Err(Failure::new(Exit::Usage, format!("cannot open frame {number} of {}", names::path(path)))
+            .fact(format!("there are {count}{ends}")));
+    };
+    let opened = sequence.frame_on(index, &context.exec).map_err(|e| failure(&e))?;
+    let report =
+        check::check_records(&opened.view(), opened.tree_flags(), None, &check::Limits::default(), &context.exec);
+    match report.findings.first().filter(|_| !report.is_valid()) {
+        None => Ok(opened),
+        Some(finding) => {
+            Err(Failure::new(Exit::Negative, format!("cannot use frame {number} of {}", names::path(path)))
+                .fact(finding.to_string())
+                .help("see all that is wrong with it: bvhc check FILE"))
+        }
+    }
 }
 
 /// Read a file's header, table and META.

@@ -116,8 +116,8 @@ impl Shape {
             flags: t.flags,
         };
         let triangles = image.triangles.iter().zip(&tree.refs).map(indexed);
-        let parts =
-            Parts { geoms: &image.geoms, names: &image.names, materials: &image.materials, sides: &image.sides };
+        let Image { geoms, names, materials, sides, vertices, .. } = &image;
+        let parts = Parts { geoms, names, materials, sides, vertices };
         writer.topology(&tree.nodes, weld.sources.len() as u32, triangles, &parts)
     }
 }

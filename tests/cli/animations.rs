@@ -124,7 +124,7 @@ fn what_cannot_be_posed_is_refused_with_the_animations_that_there_are() {
         ("same.gltf --clip Rise", 4, "2 animations named 'Rise'"),
         ("tri.gltf --time 0", 4, "it has no animations"),
         ("tri.gltf --clip 0", 4, "leave out --clip and --time"),
-        ("two.gltf --animation Rise", 2, "write --clip NAME|NUMBER"),
+        ("two.gltf --clip Rise", 2, "write --clip NAME|NUMBER"),
         // How spatial splits cut was chosen by this flag once.
         ("two.gltf --clip box", 4, "-O clip=box"),
         ("tri.gltf --clip exact", 4, "-O clip=exact"),
@@ -153,9 +153,9 @@ fn json_says_the_moment_and_what_is_told_of_it() {
     let place = Place::new();
     model(&place, "two", &["Rise", "Fall"]);
     let built = |args: &str| place.ok(&format!("build two.gltf -o a.bvhc --json {args}")).json()["results"][0].clone();
-    let dry = built("--animation Rise --time 9 -n");
+    let dry = built("--clip Rise --time 9 -n");
     assert_eq!((dry["status"].as_str(), dry["model"]["triangles"].as_u64()), (Some("would-build"), Some(1)));
-    let done = built("--animation Rise --time 9");
+    let done = built("--clip Rise --time 9");
     assert!(dry.get("built").is_none() && done.get("model").is_none());
     for one in [&dry["model"], &done["built"]] {
         let posed = &one["posed"];

@@ -19,6 +19,7 @@ mod inspect;
 mod interrupt;
 mod outputs;
 mod precision;
+mod sequences;
 mod snapshots;
 mod streams;
 mod surfaces;

@@ -1,8 +1,8 @@
-//! `bvhc convert`: another codec, the same content.
+//! `bvhc convert`: another codec, the same content; or one frame of a sequence as a still file.
 
 use super::build::parse_codec;
 use super::build::same_file;
-use crate::cache::{self, Codec, ConvertOptions, WriteOptions};
+use crate::cache::{self, Codec, ConvertOptions, Image, Meta, WriteOptions};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// Store a cache file with another codec; its content stays the same, and so does its content id
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  bvhc convert rock.bvhc -o rock.small.bvhc --codec zstd:19\n  bvhc convert rock.small.bvhc -o rock.bvhc --codec raw"
+    after_help = "Examples:\n  bvhc convert rock.bvhc -o rock.small.bvhc --codec zstd:19\n  bvhc convert rock.small.bvhc -o rock.bvhc --codec raw\n  bvhc convert heli.bvhc -o heli.7.bvhc --frame 7            one frame of a sequence"
 )]
 pub struct ConvertArgs {
     /// Cache file to read
@@ -27,6 +27,9 @@ pub struct ConvertArgs {
     /// Cache file to write
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
+    /// Of a sequence: the number of the frame that becomes a still file
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    frame: Option<i32>,
     /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3)
     #[arg(long, value_name = "raw|zstd[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
     codec: Codec,
@@ -37,7 +40,7 @@ pub struct ConvertArgs {
     #[arg(long)]
     drop_meta: bool,
     /// Leave out sections that this version does not know
-    #[arg(long)]
+    #[arg(long, conflicts_with = "frame")]
     strip_unknown: bool,
 }
 
@@ -64,6 +67,10 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
     }
     let write = WriteOptions { codec: args.codec, ..WriteOptions::default() };
     let options = ConvertOptions { write, strip_unknown: args.strip_unknown, drop_meta: args.drop_meta };
+
+    if let Some(number) = args.frame {
+        return extract(args, number, write, context);
+    }
 
     // The permission to write is held over the reading too: the library does both in one step.
     let publishing = interrupt::publish()?;
@@ -92,6 +99,39 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
         let (from, to) = (bytes(input_len), bytes(header.file_len));
         let id = &hex(&header.content_id)[..8];
         context.terminal.result(&format!("{}  {from} → {to}, content {id} unchanged", names::path(&args.output)))?;
+    }
+    Ok(Exit::Success)
+}
+
+/// Write one frame of a sequence as a still file.
+fn extract(args: &ConvertArgs, number: i32, write: WriteOptions, context: &Context) -> Result<Exit, Failure> {
+    let sequence = caches::open_sequence(&args.input, context)?;
+    let frame = caches::frame(&sequence, &args.input, number, context)?;
+    let image = Image::of_frame(&sequence, &frame);
+    let mut meta = sequence.meta().filter(|_| !args.drop_meta).cloned().unwrap_or_else(|| Meta {
+        tool: "bvhc".to_string(),
+        tool_version: env!("CARGO_PKG_VERSION").to_string(),
+        ..Meta::default()
+    });
+    meta.options.push(("frame".to_string(), number.to_string()));
+    let publishing = interrupt::publish()?;
+    let written =
+        cache::write_file(&args.output, &image, &meta, &write, &context.exec).map_err(|e| caches::failure(&e))?;
+    drop(publishing);
+    let (input_len, header) = (length(&args.input), written.header);
+    if context.terminal.json {
+        context.terminal.document(&Document {
+            schema: "bvhc.convert.v1",
+            input: &args.input.to_string_lossy(),
+            output: &args.output.to_string_lossy(),
+            input_len,
+            output_len: header.file_len,
+            content_id: hex(&header.content_id),
+            dropped: Vec::new(),
+        })?;
+    } else if !context.terminal.quiet {
+        let (from, to) = (bytes(input_len), bytes(header.file_len));
+        context.terminal.result(&format!("{}  frame {number}: {from} → {to}", names::path(&args.output)))?;
     }
     Ok(Exit::Success)
 }

@@ -21,7 +21,7 @@ use crate::compile::Placing;
 use crate::scene::{
     self, Animation, AnimationChoice, Clip, Degenerate, InputFile, ReadOptions, ReadReport, Rounding, Scene, Seconds,
 };
-use crate::sequence::{FrameLabel, FrameOutcome, SequenceBuilder, SequenceError};
+use crate::sequence::{FrameLabel, FrameOutcome, Refit, RefitPolicy, SequenceBuilder, SequenceError};
 use std::time::{Duration, Instant};
 
 /// Frames a second of a clip whose keys are not uniform.
@@ -36,16 +36,17 @@ fn read_options(read: &ReadOptions) -> ReadOptions {
     ReadOptions { degenerate, moment: None, ..read.clone() }
 }
 
-/// A sequence always has a top level.
-fn build_options(build: &BuildOptions) -> BuildOptions {
-    BuildOptions { levels: Levels::Two, ..build.clone() }
+/// A sequence always has a top level. Parts of triangles cannot follow when those move, so that no tree that may be refitted has any.
+fn build_options(build: &BuildOptions, policy: &RefitPolicy) -> BuildOptions {
+    let split_budget = if policy.refit == Refit::Never { build.split_budget } else { 1.0 };
+    BuildOptions { levels: Levels::Two, split_budget, ..build.clone() }
 }
 
 /// What decides a sequence's content beside its inputs.
 pub fn recipe(workshop: &Workshop, frames: &Frames) -> Recipe {
-    let mut options = build_options(&workshop.build).effective();
-    options.extend(read_options(&workshop.read).effective());
     let policy = workshop.args.frames.policy();
+    let mut options = build_options(&workshop.build, &policy).effective();
+    options.extend(read_options(&workshop.read).effective());
     options.push(("sequence".into(), frames.recorded()));
     options.push(("refit".into(), policy.refit.name().into()));
     options.push(("rebuild_ratio".into(), policy.rebuild_ratio.to_string()));

@@ -168,6 +168,9 @@ pub(super) fn check_content<'a>(
     let meta = find(SectionKind::META).and_then(|(bytes, _)| provenance::check_meta(bytes, &container.header, out));
 
     if container.header.has(tree_flags::SEQUENCE) {
+        if source.is_some() {
+            out.skip("The source: a sequence is not compared with its models; a frame of it can be, as a still file.");
+        }
         return sequence::check(container, bytes, limits, out, exec);
     }
 

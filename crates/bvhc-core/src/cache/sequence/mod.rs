@@ -92,6 +92,12 @@ impl Frames<'_> {
         self.file.materials()
     }
 
+    /// For each row of [`Sequence::geoms`](Frames::geoms) bits of [`side_flags`](crate::layout::side_flags); empty where none has any.
+    pub fn sides(&self) -> &[u32] {
+        let all: &[u32] = self.file.records(self.file.places.side);
+        if all.len() == self.geoms().len() { all } else { &[] }
+    }
+
     /// Which vertices of the source each of [`Sequence::indexed_triangles`](Frames::indexed_triangles) has; empty where the file was built without them.
     pub fn vertices(&self) -> &[[u32; 3]] {
         let all: &[[u32; 3]] = self.file.records(self.file.places.vert);

@@ -1,0 +1,143 @@
+//! Sequences: many frames in one file.
+
+use crate::animations::model;
+use crate::frames::heli;
+use crate::{Place, strip};
+
+/// Frames of a sheet that bends: the same triangles, other places.
+fn waves(place: &Place, frames: std::ops::Range<u32>) {
+    for frame in frames {
+        let mut obj = String::new();
+        for i in 0..100u32 {
+            let (x, z) = (i % 10, i / 10);
+            let y = (f64::from(x) * 0.5 + f64::from(frame) * 0.1).sin();
+            obj += &format!("v {x} {y:.6} {z}\n");
+        }
+        for c in (0..90).filter(|c| c % 10 != 9) {
+            obj += &format!("f {} {} {} {}\n", c + 1, c + 2, c + 12, c + 11);
+        }
+        place.write(&format!("in/wave.{frame:03}.obj"), obj);
+    }
+}
+
+#[test]
+fn the_frames_of_a_pattern_become_one_file() {
+    let place = Place::new();
+    waves(&place, 1..6);
+    let said = place.ok("build in/wave.%03d.obj -o wave.bvhc");
+    assert!(
+        said.out.starts_with("wave.bvhc  5 frames, 162 tris: 1 tree built, 4 refitted, 0 as before; "),
+        "{}",
+        said.out
+    );
+    place.ok("check wave.bvhc");
+    assert!(place.ok("build in/wave.%03d.obj -o wave.bvhc").out.contains("up to date"));
+
+    // Another choice of frames, another way and another model are other files.
+    for (args, why) in [
+        ("--frames 1-4", "option sequence files 1-5 → files 1-4"),
+        ("--refit never", "option refit auto → never"),
+        ("--rebuild-ratio 1.5", "option rebuild_ratio 1.2 → 1.5"),
+    ] {
+        let said = place.ok(&format!("build in/wave.%03d.obj -o wave.bvhc -n {args}"));
+        assert!(said.out.contains(why), "{args}: {}", said.out);
+    }
+    place.write("in/wave.003.obj", std::fs::read(place.path("in/wave.002.obj")).unwrap());
+    let said = place.ok("build in/wave.%03d.obj -o wave.bvhc -v");
+    assert!(
+        said.err.contains("wave.003.obj changed") && said.out.contains("3 refitted, 1 as before"),
+        "{}{}",
+        said.out,
+        said.err
+    );
+
+    let json = place.ok("build in/wave.%03d.obj -o wave.bvhc --force --json").json();
+    let frames = json["results"][0]["built"]["sequence"]["frames"].as_array().unwrap();
+    assert_eq!(frames.iter().map(|f| f["number"].as_i64().unwrap()).collect::<Vec<_>>(), [1, 2, 3, 4, 5]);
+    assert!(frames[1]["worst_ratio"].as_f64().unwrap() > 0.9);
+    let inputs = place.ok("build in/wave.%03d.obj -o wave.bvhc --depfile wave.d");
+    assert!(inputs.out.contains("up to date"));
+    let rule = std::fs::read_to_string(place.path("wave.d")).unwrap();
+    assert!((1..6).all(|i| rule.contains(&format!("in/wave.00{i}.obj"))), "{rule}");
+}
+
+#[test]
+fn a_frame_that_is_taken_out_is_what_a_still_build_makes() {
+    let place = Place::new();
+    waves(&place, 1..4);
+    place.ok("build in/wave.%03d.obj -o wave.bvhc --vertices");
+    let said = place.ok("convert wave.bvhc -o two.bvhc --frame 2");
+    assert!(said.out.starts_with("two.bvhc  frame 2: "), "{}", said.out);
+    place.ok("check two.bvhc");
+    place.ok("verify two.bvhc --device cpu --rays 2000");
+    place.ok("build in/wave.002.obj -o still.bvhc --levels two --vertices");
+    let hits = |file: &str| place.ok(&format!("stats {file} --json")).json()["files"][0]["instanced_triangles"].clone();
+    assert_eq!(hits("two.bvhc"), hits("still.bvhc"));
+    for (args, code, told) in [
+        ("convert wave.bvhc -o x.bvhc --frame 9", 2, "there are 3 frames, 1 to 3"),
+        ("convert wave.bvhc -o x.bvhc", 2, "it is a sequence of 3 frames"),
+        ("convert still.bvhc -o x.bvhc --frame 1", 2, "it is a still file"),
+        ("stats wave.bvhc", 2, "bvhc convert FILE -o STILL --frame"),
+        ("verify wave.bvhc", 2, "bvhc convert FILE -o STILL --frame"),
+    ] {
+        let said = place.run(args);
+        assert!(said.code == code && said.err.contains(told), "{args}: {} {}", said.code, said.err);
+    }
+}
+
+#[test]
+fn frames_that_are_missing_are_held_or_left_out_and_counts_may_change() {
+    let place = heli();
+    assert_eq!(place.run("build in/heli.%04d.obj -o heli.bvhc").code, 3);
+    let held = place.ok("build in/heli.%04d.obj -o heli.bvhc --missing hold");
+    assert!(held.out.contains("4 frames, 8 tris: 3 trees built, 0 refitted, 1 as before"), "{}", held.out);
+    let skipped = place.ok("build in/heli.%04d.obj -o heli.bvhc --missing skip");
+    assert!(skipped.out.contains("3 frames, 8 tris: 3 trees built"), "{}", skipped.out);
+    place.ok("check heli.bvhc");
+    place.ok("convert heli.bvhc -o four.bvhc --frame 4");
+    assert_eq!(place.run("convert heli.bvhc -o three.bvhc --frame 3").code, 2);
+
+    // Frames without a triangle are told; a sequence of nothing else is refused.
+    place.write("in/heli.0003.obj", "v 0 0 0\n");
+    let said = place.ok("build in/heli.%04d.obj -o heli.bvhc");
+    assert!(said.err.contains("there is no triangle in 1 frame"), "{}", said.err);
+    place.ok("check heli.bvhc");
+    let nothing = place.run("build in/heli.%04d.obj -o none.bvhc --frames 3");
+    assert!(nothing.code == 4 && !place.path("none.bvhc").exists(), "{} {}", nothing.code, nothing.err);
+}
+
+#[test]
+fn a_clip_is_played() {
+    let place = Place::new();
+    model(&place, "two", &["Rise", "Fall"]);
+    let said = place.ok("build two.gltf -o rise.bvhc --clip Rise --fps 4 -v");
+    assert!(said.out.contains("5 frames, 1 tri: 1 tree built, 0 refitted, 4 as before"), "{}", said.out);
+    assert!(said.err.contains("two.gltf: animation 0 'Rise': 5 frames from 1 s on, 4 a second"), "{}", said.err);
+    place.ok("check rise.bvhc");
+    assert!(place.ok("build two.gltf -o rise.bvhc --clip Rise --fps 4").out.contains("up to date"));
+    let auto = place.ok("build two.gltf -o rise.bvhc --clip Rise --fps auto -v");
+    assert!(auto.out.contains("2 frames") && auto.err.contains("as its keys have"), "{}{}", auto.out, auto.err);
+    let part = place.ok("build two.gltf -o rise.bvhc --clip Rise --fps 4 --play 1.5..2");
+    assert!(part.out.contains("3 frames"), "{}", part.out);
+
+    // The height of the last frame is that of the pose at its time.
+    place.ok("convert rise.bvhc -o last.bvhc --frame 2");
+    place.ok("build two.gltf -o still.bvhc --clip Rise --time 2 --levels two");
+    let top = |file: &str| place.ok(&format!("info {file} --json")).json()["files"][0]["scene_bounds"]["max"].clone();
+    assert_eq!(top("last.bvhc"), top("still.bvhc"));
+
+    place.write("a.obj", strip(1));
+    for (args, code, told) in [
+        ("two.gltf --fps 4", 4, "it has 2 animations"),
+        ("two.gltf --clip Rise --fps 4 --time 1", 2, "cannot be used with"),
+        ("two.gltf --clip Rise --fps 0", 2, "above 0"),
+        ("two.gltf --clip Rise --play 2..1", 2, "the earlier one first"),
+        ("two.gltf --clip Rise --fps 1000000", 2, "more than 16000 frames"),
+        ("a.obj --fps 4", 4, "it has no animations"),
+        ("in%d.obj --fps 4", 3, ""),
+    ] {
+        let said = place.run(&format!("build {args} -o x.bvhc"));
+        assert!(said.code == code && said.err.contains(told), "{args}: {} {}", said.code, said.err);
+    }
+    assert!(!place.path("x.bvhc").exists());
+}
