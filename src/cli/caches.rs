@@ -7,6 +7,7 @@ use super::names;
 use super::{Context, advice};
 use crate::build::{BuildError, BuildOptions, Levels, Named, Remedy};
 use crate::cache::check;
+use crate::cache::tree_flags;
 use crate::cache::{
     Cache, CacheError, ErrorKind, Frame, Head, Limited, MAGIC, Meta, OpenOptions, Sequence, Validation, rules,
 };
@@ -27,6 +28,11 @@ pub fn open(path: &Path, context: &Context) -> Result<Cache, Failure> {
 pub fn open_checked(path: &Path, context: &Context) -> Result<Cache, Failure> {
     let options = OpenOptions { validation: Validation::Tree, ..options(context) };
     Cache::open_on(path, &options, &context.exec).map_err(|e| failure(&e))
+}
+
+/// Whether a file has many frames. One that cannot be read has none.
+pub fn is_sequence(path: &Path, context: &Context) -> bool {
+    Head::read(path, &options(context)).is_ok_and(|head| head.header.has(tree_flags::SEQUENCE))
 }
 
 /// Open a sequence, whose frames are then handed out as this run wants files to be opened.

@@ -9,6 +9,7 @@ pub mod accuracy;
 pub mod chart;
 #[cfg(feature = "cli")]
 pub(crate) mod file;
+pub mod frames;
 pub mod info;
 // Public for the fuzz targets, which build without the command line.
 #[doc(hidden)]

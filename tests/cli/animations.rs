@@ -124,7 +124,7 @@ fn what_cannot_be_posed_is_refused_with_the_animations_that_there_are() {
         ("same.gltf --clip Rise", 4, "2 animations named 'Rise'"),
         ("tri.gltf --time 0", 4, "it has no animations"),
         ("tri.gltf --clip 0", 4, "leave out --clip and --time"),
-        ("two.gltf --clip Rise", 2, "write --clip NAME|NUMBER"),
+        ("two.gltf --animation Rise", 2, "write --clip NAME|NUMBER"),
         // How spatial splits cut was chosen by this flag once.
         ("two.gltf --clip box", 4, "-O clip=box"),
         ("tri.gltf --clip exact", 4, "-O clip=exact"),
@@ -172,7 +172,7 @@ fn json_says_the_moment_and_what_is_told_of_it() {
     assert!(meta["moment"]["animation_number"].is_null());
     assert!(meta["notes"][0].as_str().unwrap().contains("animation 0 'Rise' holds its last value at 9 s"), "{meta}");
 
-    assert!(built("--animation 1")["built"]["posed"]["time"] == 1.0);
+    assert!(built("--clip 1")["built"]["posed"]["time"] == 1.0);
     let meta = place.ok("info a.bvhc --json").json()["files"][0]["meta"].clone();
     assert!(meta["moment"]["animation_number"] == 1 && meta["moment"]["time"].is_null(), "{meta}");
     let rest = built("");

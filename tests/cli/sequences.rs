@@ -78,7 +78,6 @@ fn a_frame_that_is_taken_out_is_what_a_still_build_makes() {
         ("convert wave.bvhc -o x.bvhc", 2, "it is a sequence of 3 frames"),
         ("convert still.bvhc -o x.bvhc --frame 1", 2, "it is a still file"),
         ("stats wave.bvhc", 2, "bvhc convert FILE -o STILL --frame"),
-        ("verify wave.bvhc", 2, "bvhc convert FILE -o STILL --frame"),
     ] {
         let said = place.run(args);
         assert!(said.code == code && said.err.contains(told), "{args}: {} {}", said.code, said.err);
@@ -140,4 +139,46 @@ fn a_clip_is_played() {
         assert!(said.code == code && said.err.contains(told), "{args}: {} {}", said.code, said.err);
     }
     assert!(!place.path("x.bvhc").exists());
+}
+
+#[test]
+fn every_frame_is_verified_and_measured() {
+    let place = Place::new();
+    waves(&place, 1..5);
+    place.ok("build in/wave.%03d.obj -o wave.bvhc");
+    let all = place.ok("verify wave.bvhc --device cpu --rays 2000").out;
+    assert_eq!(all.matches(": right").count(), 4, "{all}");
+    assert!(all.contains("wave.bvhc frame 4: right"), "{all}");
+    let some = place.ok("verify wave.bvhc --device cpu --rays 2000 --frame 2,4 --json --junit v.xml").json();
+    let frames = some["files"].as_array().unwrap();
+    assert_eq!(frames.iter().map(|f| f["frame"].clone()).collect::<Vec<_>>(), [2, 4]);
+    let junit = std::fs::read_to_string(place.path("v.xml")).unwrap();
+    assert!(junit.contains("wave.bvhc frame 2") && junit.contains("wave.bvhc frame 4"), "{junit}");
+    let none = place.run("verify wave.bvhc --device cpu --frame 9");
+    assert!(none.code == 2 && none.err.contains("it has 1 to 4"), "{} {}", none.code, none.err);
+
+    let told = place.ok("stats wave.bvhc --frames").out;
+    assert!(told.lines().count() == 6 && told.contains("wave.bvhc: 4 frames, 1 topology, 4 poses; "), "{told}");
+    let json = place.ok("stats wave.bvhc --frames --json").json();
+    let frames = &json["files"][0]["frames"];
+    assert_eq!((&frames[0]["built"], &frames[0]["ratio"]), (&1.into(), &1.0.into()));
+    assert!(frames[3]["built"] == 0 && frames[3]["ratio"].as_f64().unwrap() != 1.0);
+    assert_eq!(place.ok("stats wave.bvhc --frames --csv").out.lines().count(), 5);
+
+    // A damaged frame is told, and the others are verified all the same.
+    let mut bytes = std::fs::read(place.path("wave.bvhc")).unwrap();
+    let sections = place.ok("info wave.bvhc --json").json();
+    let entries = sections["files"][0]["sections"].as_array().unwrap().clone();
+    let node = entries.iter().filter(|e| e["type"] == "NODE").nth(2).unwrap();
+    let offset = node["offset"].as_u64().unwrap() as usize;
+    bytes[offset + 40 * 32] ^= 1;
+    place.write("bad.bvhc", bytes);
+    let bad = place.run("verify bad.bvhc --device cpu --rays 2000");
+    assert!(
+        bad.code == 1 && bad.out.matches(": right").count() == 3 && bad.err.contains("E0201"),
+        "{}{}",
+        bad.out,
+        bad.err
+    );
+    assert!(place.run("check bad.bvhc").out.contains("NODE 2 @"));
 }

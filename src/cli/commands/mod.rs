@@ -5,6 +5,7 @@ pub mod check;
 pub mod completions;
 pub mod convert;
 pub mod explain;
+mod frames;
 pub mod info;
 pub mod man;
 pub mod reference;

@@ -24,10 +24,13 @@ use std::path::PathBuf;
 pub struct StatsArgs {
     /// Cache files
     #[arg(required = true, value_name = "FILE")]
-    files: Vec<PathBuf>,
-    /// One line of comma-separated values per file, with a heading
+    pub files: Vec<PathBuf>,
+    /// One line of comma-separated values per file, with a heading; with --frames one per frame
     #[arg(long, conflicts_with = "json")]
-    csv: bool,
+    pub csv: bool,
+    /// Of sequences: one row per frame, with what refitting costs and what each frame adds to the file
+    #[arg(long, conflicts_with_all = ["epo", "depths"])]
+    frames: bool,
     /// How EPO is measured
     #[arg(long, value_name = "HOW", value_enum, default_value = "auto")]
     epo: Epo,
@@ -67,6 +70,9 @@ struct Document<'a> {
 }
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
+    if args.frames {
+        return super::frames::run(args, context);
+    }
     let mut paths = Vec::new();
     let (reports, exit) = caches::each(&args.files, context, |path| {
         let opened = caches::open_checked(path, context)?;

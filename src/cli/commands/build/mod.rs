@@ -25,6 +25,7 @@ use crate::report::info::hex;
 use crate::scene::ReadOptions;
 use clap::{Args, ValueEnum};
 use frames::FrameArgs;
+pub use frames::Numbers;
 use make::Workshop;
 use outcome::{ErrorObject, Outcome, Status};
 pub use plan::same_file;

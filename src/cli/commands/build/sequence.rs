@@ -45,11 +45,14 @@ fn build_options(build: &BuildOptions, policy: &RefitPolicy) -> BuildOptions {
 /// What decides a sequence's content beside its inputs.
 pub fn recipe(workshop: &Workshop, frames: &Frames) -> Recipe {
     let policy = workshop.args.frames.policy();
-    let mut options = build_options(&workshop.build, &policy).effective();
+    // What is told first where a file is out of date.
+    let mut options: Vec<(String, String)> = vec![
+        ("sequence".into(), frames.recorded()),
+        ("refit".into(), policy.refit.name().into()),
+        ("rebuild_ratio".into(), policy.rebuild_ratio.to_string()),
+    ];
+    options.extend(build_options(&workshop.build, &policy).effective());
     options.extend(read_options(&workshop.read).effective());
-    options.push(("sequence".into(), frames.recorded()));
-    options.push(("refit".into(), policy.refit.name().into()));
-    options.push(("rebuild_ratio".into(), policy.rebuild_ratio.to_string()));
     Recipe { options, ..workshop.recipe.clone() }
 }
 

@@ -45,6 +45,9 @@ impl<'a> Document<'a> {
 #[derive(Serialize)]
 pub struct FileDocument {
     path: String,
+    /// The number of a sequence's frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame: Option<i32>,
     /// `null`: the file's own triangles.
     source: Option<String>,
     right: bool,
@@ -159,6 +162,7 @@ impl FileDocument {
     pub fn new(verified: &Verified) -> FileDocument {
         FileDocument {
             path: verified.path.to_string_lossy().into_owned(),
+            frame: verified.frame,
             source: verified.source.as_ref().map(|p| p.to_string_lossy().into_owned()),
             right: verified.is_right(),
             placing: verified.placed.clone(),

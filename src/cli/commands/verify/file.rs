@@ -1,11 +1,11 @@
 //! One file: opened, its scene read, verified.
 
-use super::VerifyArgs;
 use super::devices::{self, Bench};
+use super::{Frames, VerifyArgs};
 use crate::build::BuildOptions;
-use crate::cache::Cache;
 use crate::cache::check::{Finding, Limits};
 use crate::cache::rules::{self, Severity};
+use crate::cache::{self, Cache, Codec, Image, Meta, OpenOptions, Sequence, Validation, WriteOptions};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -21,6 +21,8 @@ use std::path::{Path, PathBuf};
 /// A file with its verdict.
 pub struct Verified {
     pub path: PathBuf,
+    /// Of a sequence: the frame's number.
+    pub frame: Option<i32>,
     /// The model that the oracle was told of; `None`: the file's own triangles.
     pub source: Option<PathBuf>,
     pub outcome: Outcome,
@@ -29,6 +31,12 @@ pub struct Verified {
 }
 
 impl Verified {
+    /// The file, and of a sequence which frame of it.
+    pub fn title(&self) -> String {
+        let frame = self.frame.map_or_else(String::new, |number| format!(" frame {number}"));
+        names::path(&self.path) + &frame
+    }
+
     pub fn is_right(&self) -> bool {
         self.outcome.is_right() && self.placed.as_ref().is_none_or(Placed::is_right)
     }
@@ -48,17 +56,69 @@ pub fn verify(
     let bar = Bar::new(&context.terminal, &names::path(path));
     bar.spin("opening");
     let cache = caches::open(path, context)?;
-    let finding = check_first(&cache, path, context)?;
+    verify_opened(&cache, path, args, plan, bench, &bar, context)
+}
+
+/// Each of the frames of a sequence that are asked for, as the still file that it is.
+pub fn verify_frames(
+    path: &Path,
+    frames: &Frames,
+    args: &VerifyArgs,
+    plan: &Plan,
+    bench: &Bench,
+    context: &Context,
+    mut each: impl FnMut(i32, Result<Verified, Failure>) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let sequence = caches::open_sequence(path, context)?;
+    let numbers: Vec<i32> = sequence.frames().iter().map(|frame| frame.number).filter(|n| frames.has(*n)).collect();
+    if numbers.is_empty() {
+        let ends = sequence.frames().first().zip(sequence.frames().last());
+        let ends = ends.map_or_else(String::new, |(a, b)| format!(" {} to {}", a.number, b.number));
+        return Err(Failure::new(Exit::Usage, format!("cannot verify {}", names::path(path)))
+            .fact(format!("no frame is asked for that it has; it has{ends}")));
+    }
+    for number in numbers {
+        let bar = Bar::new(&context.terminal, &format!("{} frame {number}", names::path(path)));
+        let verified = still(&sequence, path, number, context)
+            .and_then(|cache| verify_opened(&cache, path, args, plan, bench, &bar, context))
+            .map(|verified| Verified { frame: Some(number), ..verified });
+        each(number, verified)?;
+    }
+    Ok(())
+}
+
+/// A frame as a still file in memory.
+fn still(sequence: &Sequence, path: &Path, number: i32, context: &Context) -> Result<Cache, Failure> {
+    let frame = caches::frame(sequence, path, number, context)?;
+    let image = Image::of_frame(sequence, &frame);
+    let options = WriteOptions { codec: Codec::Raw, check: false };
+    let bytes = cache::to_bytes(&image, &Meta::default(), &options, &context.exec).map_err(|e| caches::failure(&e))?;
+    let open = OpenOptions { validation: Validation::Quick, ..caches::options(context) };
+    Cache::from_bytes_on(&bytes, &open, &context.exec).map_err(|e| caches::failure(&e))
+}
+
+fn verify_opened(
+    cache: &Cache,
+    path: &Path,
+    args: &VerifyArgs,
+    plan: &Plan,
+    bench: &Bench,
+    bar: &Bar,
+    context: &Context,
+) -> Result<Verified, Failure> {
+    let finding = check_first(cache, path, context)?;
     let told = |failure: Failure| finding.iter().fold(failure, |failure, f| failure.fact(f.to_string()));
-    let Held { scene, placed } = scene_for(&cache, path, args, context).map_err(told)?;
+    let Held { scene, placed } = scene_for(cache, path, args, context).map_err(told)?;
     let subject = Subject::new(cache.view(), &scene, &context.exec);
     let of_this_file = |failure: Failure| failure.fact(format!("the file is {}", names::path(path)));
     let mut others = bench.devices(cache.view()).map_err(|e| of_this_file(devices::failure(&e)))?;
     bar.phase("verifying", plan.rays);
-    match crate::verify::run(&subject, &mut Cpu::new(cache.view(), &context.exec), &mut others, plan, &bar) {
+    match crate::verify::run(&subject, &mut Cpu::new(cache.view(), &context.exec), &mut others, plan, bar) {
         Ok(outcome) => match finding.filter(|_| outcome.is_right()) {
             Some(finding) => Err(broken(&finding, path).fact("no ray showed it")),
-            None => Ok(Verified { path: path.to_path_buf(), source: args.source.clone(), outcome, placed }),
+            None => {
+                Ok(Verified { path: path.to_path_buf(), frame: None, source: args.source.clone(), outcome, placed })
+            }
         },
         Err(VerifyError::Device(error)) => Err(of_this_file(devices::failure(&error))),
         Err(VerifyError::Cancelled) => Err(Failure::interrupted()),

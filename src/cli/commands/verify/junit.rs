@@ -31,7 +31,7 @@ struct Trouble {
     detail: String,
 }
 
-pub fn suite(path: &Path, result: &Result<Verified, Failure>, spent: Duration) -> Suite {
+pub fn suite(path: &Path, frame: Option<i32>, result: &Result<Verified, Failure>, spent: Duration) -> Suite {
     let cases = match result {
         Ok(verified) => {
             let placed = verified.placed.as_ref().map(placing);
@@ -48,7 +48,8 @@ pub fn suite(path: &Path, result: &Result<Verified, Failure>, spent: Duration) -
             }),
         }],
     };
-    Suite { name: path.to_string_lossy().into_owned(), seconds: spent.as_secs_f64(), cases }
+    let frame = frame.map_or_else(String::new, |number| format!(" frame {number}"));
+    Suite { name: path.to_string_lossy().into_owned() + &frame, seconds: spent.as_secs_f64(), cases }
 }
 
 /// Whether the triangles are where the model has them.

@@ -11,8 +11,9 @@ mod junit;
 mod ray;
 mod text;
 
+use super::build::Numbers;
 use crate::cli::Context;
-use crate::cli::caches::SourceReading;
+use crate::cli::caches::{self, SourceReading};
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
@@ -22,8 +23,9 @@ use crate::verify::{Asked, Plan, Reference, SETS, read_ray, set_named};
 use clap::{Args, ValueEnum};
 use devices::{Bench, Wanted};
 use document::{Document, FileDocument};
-use std::path::PathBuf;
-use std::time::Instant;
+use file::Verified;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Trace rays through cache files on the CPU and on OpenCL devices, and prove the hits right
 ///
@@ -44,6 +46,10 @@ pub struct VerifyArgs {
     source: Option<PathBuf>,
     #[command(flatten)]
     reading: SourceReading,
+    /// Of sequences: the frames to verify, each against its own triangles: all, or numbers such as 7, 1-100 or 1,5-9
+    #[arg(long = "frame", value_name = "all|LIST", value_parser = Frames::parse, allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = ["source", "ray", "accuracy"])]
+    frames: Option<Frames>,
     /// Where to trace: cpu, opencl, opencl:N or all; may be given again. The CPU traces in any case, since its hits are what the
     /// others are compared with [default: opencl where there is a device, else cpu]
     #[arg(long = "device", value_name = "DEVICE", value_parser = devices::parse)]
@@ -93,6 +99,26 @@ enum ReferenceName {
     Brute,
 }
 
+/// Which frames of a sequence are meant.
+#[derive(Clone, Debug, PartialEq)]
+enum Frames {
+    All,
+    Some(Numbers),
+}
+
+impl Frames {
+    fn parse(text: &str) -> Result<Frames, String> {
+        if text == "all" { Ok(Frames::All) } else { text.parse().map(Frames::Some) }
+    }
+
+    fn has(&self, number: i32) -> bool {
+        match self {
+            Frames::All => true,
+            Frames::Some(numbers) => numbers.list().binary_search(&number).is_ok(),
+        }
+    }
+}
+
 /// What a name of `--rays-from` stands for.
 #[derive(Clone, Debug, PartialEq)]
 struct Sets(Vec<RaySet>);
@@ -134,29 +160,28 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         return ray::run(ray, args, &bench, context);
     }
     let plan = plan(args);
-    let (mut documents, mut suites, mut exits) = (Vec::new(), Vec::new(), Vec::new());
+    let mut verdicts = Verdicts { context, plan: &plan, documents: Vec::new(), suites: Vec::new(), exits: Vec::new() };
     for path in &args.files {
-        let start = Instant::now();
-        let result = file::verify(path, args, &plan, &bench, context);
-        suites.push(junit::suite(path, &result, start.elapsed()));
-        match result {
-            Ok(verified) => {
-                let silent = context.terminal.json || (context.terminal.quiet && verified.is_right());
-                if !silent {
-                    context.terminal.print(&text::verdict(&verified, &plan, context))?;
-                }
-                exits.push(verified.exit());
-                documents.push(FileDocument::new(&verified));
+        let mut start = Instant::now();
+        // A sequence is verified frame by frame, whether or not it was asked for.
+        let whole = args.source.is_none() && caches::is_sequence(path, context);
+        let done = match args.frames.as_ref().or(whole.then_some(&Frames::All)) {
+            None => verdicts.take(path, None, file::verify(path, args, &plan, &bench, context), start.elapsed()),
+            Some(frames) => file::verify_frames(path, frames, args, &plan, &bench, context, |number, result| {
+                let took = std::mem::replace(&mut start, Instant::now()).elapsed();
+                verdicts.take(path, Some(number), result, took)
+            }),
+        };
+        match done {
+            Ok(()) => {}
+            Err(failure) if failure.silent || failure.exit == Exit::Interrupted => {
+                verdicts.fail(failure);
+                break;
             }
-            Err(failure) => {
-                context.terminal.error(&failure);
-                exits.push(failure.exit);
-                if failure.exit == Exit::Interrupted {
-                    break;
-                }
-            }
+            Err(failure) => verdicts.fail(failure),
         }
     }
+    let Verdicts { documents, suites, exits, .. } = verdicts;
     if let Some(path) = &args.junit {
         junit::write(path, &suites)?;
     }
@@ -165,6 +190,48 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         context.terminal.document(&Document::new(exit, &plan, &documents))?;
     }
     Ok(exit)
+}
+
+/// What came of the files so far.
+struct Verdicts<'a> {
+    context: &'a Context,
+    plan: &'a Plan,
+    documents: Vec<FileDocument>,
+    suites: Vec<junit::Suite>,
+    exits: Vec<Exit>,
+}
+
+impl Verdicts<'_> {
+    /// Tell the verdict on a file or a frame of one. Only an interruption comes back as an error.
+    fn take(
+        &mut self,
+        path: &Path,
+        frame: Option<i32>,
+        result: Result<Verified, Failure>,
+        took: Duration,
+    ) -> Result<(), Failure> {
+        self.suites.push(junit::suite(path, frame, &result, took));
+        let verified = match result {
+            Ok(verified) => verified,
+            Err(failure) if failure.exit == Exit::Interrupted => return Err(failure),
+            Err(failure) => {
+                self.fail(failure);
+                return Ok(());
+            }
+        };
+        let terminal = &self.context.terminal;
+        if !(terminal.json || terminal.quiet && verified.is_right()) {
+            terminal.print(&text::verdict(&verified, self.plan, self.context))?;
+        }
+        self.exits.push(verified.exit());
+        self.documents.push(FileDocument::new(&verified));
+        Ok(())
+    }
+
+    fn fail(&mut self, failure: Failure) {
+        self.context.terminal.error(&failure);
+        self.exits.push(failure.exit);
+    }
 }
 
 fn plan(args: &VerifyArgs) -> Plan {

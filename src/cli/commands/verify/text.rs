@@ -25,7 +25,7 @@ pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
         [set] => set_name(set).to_string(),
         _ => format!("{} sets", plan.sets.len()),
     };
-    let name = names::path(&verified.path);
+    let name = verified.title();
     let mut text = format!("{name}: {word} (against {against}; rays of {sets}, seed {})\n", plan.seed);
 
     let mut table = Table::default();
@@ -161,10 +161,17 @@ fn told(m: &Mismatch, verified: &Verified, mismatches: u64) -> String {
     if let Some(blame) = &m.blame {
         text.push_str(&format!("  to blame  {}\n", names::escape(&blame.to_string())));
     }
+    let name = names::path(&verified.path);
+    let ray = write_ray(&m.ray);
+    if let Some(number) = verified.frame {
+        text.push_str(&format!(
+            "help: bvhc convert {name} -o STILL --frame {number}, then bvhc verify STILL --ray {ray}\n"
+        ));
+        return text;
+    }
     let source = verified.source.as_ref().map_or_else(String::new, |s| format!(" --source {}", names::path(s)));
     let device = if m.device == "cpu" { String::new() } else { format!(" --device {}", m.device) };
-    let name = names::path(&verified.path);
-    text.push_str(&format!("help: bvhc verify {name}{source}{device} --ray {}\n", write_ray(&m.ray)));
+    text.push_str(&format!("help: bvhc verify {name}{source}{device} --ray {ray}\n"));
     text
 }
 

@@ -15,7 +15,8 @@ use crate::sequence::{Refit, RefitPolicy};
 use clap::{Args, ValueEnum};
 use folder::Folder;
 pub use folder::runs;
-use numbers::{MOST, Numbers};
+use numbers::MOST;
+pub use numbers::Numbers;
 pub use pattern::{NoPattern, Pattern};
 use std::path::{Path, PathBuf};
 

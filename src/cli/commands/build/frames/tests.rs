@@ -1,4 +1,5 @@
 use super::*;
+use crate::sequence::{Refit, RefitPolicy};
 
 /// A folder with empty files of these names.
 fn folder(names: &[&str]) -> tempfile::TempDir {
@@ -8,7 +9,15 @@ fn folder(names: &[&str]) -> tempfile::TempDir {
 }
 
 fn args(frames: Option<&str>, missing: Missing) -> FrameArgs {
-    FrameArgs { frames: frames.map(|list| list.parse().unwrap()), missing, literal: false }
+    FrameArgs {
+        frames: frames.map(|list| list.parse().unwrap()),
+        missing,
+        fps: None,
+        play: None,
+        refit: Refit::Auto,
+        rebuild_ratio: RefitPolicy::REBUILD_RATIO,
+        literal: false,
+    }
 }
 
 fn find_in(folder: &tempfile::TempDir, pattern: &str, args: &FrameArgs) -> Result<Sequence, Failure> {
