@@ -1,0 +1,65 @@
+//! A few frames that stand for all: those that others resemble.
+
+use super::medoids::choose;
+use super::motion::Motion;
+use crate::build::passes::{MOST_POSES, bytes_per_node};
+use crate::exec::Executor;
+
+/// Triangles whose place tells poses from each other.
+const ASKED: usize = 64;
+/// Bytes that boxes of all poses may take, about.
+const MOST_BYTES: usize = 256 << 20;
+/// Frames of longer animations are thinned out evenly to so many before they are compared, since each is compared with each.
+const MOST_COMPARED: usize = 512;
+
+/// A frame and for how much of the animation it stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// The frame.
+    pub frame: usize,
+    /// How often it counts. Only ratios matter.
+    pub weight: f64,
+}
+
+/// How many poses a mesh of so many triangles can be fitted to at once, within the memory that is set aside for it: 256 MiB, or what two poses take.
+pub fn most_poses(triangles: usize) -> usize {
+    let nodes = triangles.saturating_mul(2).max(1);
+    (2..=MOST_POSES).rev().find(|&n| nodes.saturating_mul(bytes_per_node(n)) <= MOST_BYTES).unwrap_or(2)
+}
+
+/// At most `most` of the given frames, each with the number of frames that resemble it most. They are medoids by how far some corners stand from where they stand in
+/// other frames, so that frames which are alike share one. Ascending. All frames where they are few enough.
+pub fn representatives(motion: &Motion, frames: &[usize], most: usize, exec: &Executor) -> Vec<Pose> {
+    if frames.len() <= most {
+        return frames.iter().map(|&frame| Pose { frame, weight: 1.0 }).collect();
+    }
+    let step = frames.len().div_ceil(MOST_COMPARED);
+    let frames: Vec<usize> = frames.iter().copied().step_by(step).collect();
+    let poses = exec.map(frames.clone(), |_, frame| corners(motion, frame));
+    let distances = exec.map_range(frames.len(), |a| poses.iter().map(|b| distance(&poses[a], b)).collect());
+    let choice = choose(&distances, most);
+    let mut poses: Vec<Pose> = choice.kept.iter().map(|&i| Pose { frame: frames[i], weight: 0.0 }).collect();
+    choice.serves.iter().for_each(|&i| poses[i].weight += 1.0);
+    poses
+}
+
+/// Some corners, about the middle of the frame's box and as shares of its longest edge.
+fn corners(motion: &Motion, frame: usize) -> Vec<[f64; 3]> {
+    let bounds = motion.bounds(frame);
+    let edge = |k: usize| f64::from(bounds.max[k]) - f64::from(bounds.min[k]);
+    let longest = [0, 1, 2].map(edge).into_iter().fold(0.0, |a: f64, b| if b > a { b } else { a });
+    let step = motion.triangles().len().div_ceil(ASKED).max(1);
+    let place = |triangle: usize| {
+        let corner = motion.corners(frame, triangle)[0];
+        [0, 1, 2].map(|k| {
+            let middle = 0.5 * (f64::from(bounds.max[k]) + f64::from(bounds.min[k]));
+            if longest > 0.0 { (f64::from(corner[k]) - middle) / longest } else { 0.0 }
+        })
+    };
+    (0..motion.triangles().len()).step_by(step).map(place).collect()
+}
+
+fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let apart = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|k| (a[k] - b[k]).abs()).sum::<f64>();
+    a.iter().zip(b).map(apart).sum()
+}
