@@ -7,13 +7,20 @@
 //! The measure is the SAH of a tree fitted to a frame. It needs no ray, and a mean of it is one sum over the nodes.
 
 mod cost;
+mod frames;
+mod keyed;
 mod medoids;
-mod motion;
 mod optimise;
+mod rebuild;
 mod representatives;
 
 pub use cost::{cost, costs};
+pub use frames::{Motion, MotionError};
+pub use keyed::{Keyed, Trees, keyed};
 pub use medoids::{Choice, choose};
-pub use motion::{Motion, MotionError};
 pub use optimise::optimise;
+pub use rebuild::{Policy, Rebuild, Step, key_frames};
 pub use representatives::{Pose, representatives};
+
+#[cfg(test)]
+mod tests;

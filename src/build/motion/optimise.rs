@@ -1,7 +1,7 @@
 //! One tree for several frames: its subtrees are moved to where they cost least on average.
 
-use super::cost::{cost, half_area};
-use super::motion::Motion;
+use super::cost::half_area;
+use super::frames::Motion;
 use super::representatives::Pose;
 use crate::build::error::BuildError;
 use crate::build::passes::{MOST_POSES, ScaledPose, over_poses};
@@ -13,11 +13,16 @@ use crate::tree::{Tree, refit};
 /// Move a tree's subtrees, in at most `options.reinsert` rounds, so that the mean of its SAH over the poses falls, and make leaves of subtrees where that
 /// is cheaper on average (Bittner and Meister, "T-SAH: Animation Optimized Bounding Volume Hierarchies", 2015).
 ///
-/// A pose counts by its weight. At most the first 16 poses are heeded, each of which costs bytes and time in proportion. The tree must be one over the
-/// triangles of `motion`. The result is never worse by that mean; its boxes are fitted to the first pose. It depends on no number of threads.
+/// A pose counts by its weight. At most the first 16 poses are heeded, each of which costs memory and time in proportion. By their mean the result is not
+/// worse than the tree. Its boxes are fitted to the first pose, also where nothing could be moved. It does not depend on the number of threads.
+///
+/// A tree with one triangle in each leaf gives the best result: leaves are then put together anew, `options.max_leaf` triangles at most.
 ///
 /// # Errors
 /// Where `progress` cancels.
+///
+/// # Panics
+/// Where a pose names a frame that is not there, or the tree is none over the triangles of `motion`.
 pub fn optimise(
     tree: &Tree,
     motion: &Motion,
@@ -26,31 +31,17 @@ pub fn optimise(
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Tree, BuildError> {
-    let poses = &poses[..poses.len().min(MOST_POSES)];
-    let mut start = tree.clone();
-    if let Some(pose) = poses.first() {
-        fit(&mut start, motion, pose.frame);
-    }
+    let Some(first) = poses.first() else { return Ok(tree.clone()) };
+    let poses = poses[..poses.len().min(MOST_POSES)].to_vec();
     let scaled: Vec<(usize, ScaledPose)> =
-        exec.map(poses.to_vec(), |_, pose| scaled(motion, pose)).into_iter().flatten().collect();
+        exec.map(poses, |_, pose| scaled(motion, pose)).into_iter().flatten().collect();
     let (frames, scaled): (Vec<usize>, Vec<ScaledPose>) = scaled.into_iter().unzip();
-    let Some(&first) = frames.first() else { return Ok(start) };
+    let mut start = tree.clone();
     // The tree is taken apart where it has an area.
-    fit(&mut start, motion, first);
-    let moved = over_poses(&start, motion.triangles(), &scaled, options, exec, progress)?;
-    fit(&mut start, motion, poses[0].frame);
-    let Some(mut moved) = moved else { return Ok(start) };
-    let mean = |tree: &Tree| {
-        let each = exec.map(poses.to_vec(), |_, pose| {
-            pose.weight * cost(tree, |t| motion.corners(pose.frame, t), options)
-        });
-        each.into_iter().sum::<f64>()
-    };
-    if !(mean(&moved) < mean(&start)) {
-        return Ok(start);
-    }
-    fit(&mut moved, motion, poses[0].frame);
-    Ok(moved)
+    fit(&mut start, motion, *frames.first().unwrap_or(&first.frame));
+    let mut tree = over_poses(&start, motion.triangles(), &scaled, options, exec, progress)?.unwrap_or(start);
+    fit(&mut tree, motion, first.frame);
+    Ok(tree)
 }
 
 /// Fit a tree's boxes to a frame.

@@ -1,7 +1,7 @@
 //! A few frames that stand for all: those that others resemble.
 
+use super::frames::Motion;
 use super::medoids::choose;
-use super::motion::Motion;
 use crate::build::passes::{MOST_POSES, bytes_per_node};
 use crate::exec::Executor;
 
@@ -22,7 +22,7 @@ pub struct Pose {
 }
 
 /// How many poses a mesh of so many triangles can be fitted to at once, within the memory that is set aside for it: 256 MiB, or what two poses take.
-pub fn most_poses(triangles: usize) -> usize {
+pub(super) fn most_poses(triangles: usize) -> usize {
     let nodes = triangles.saturating_mul(2).max(1);
     (2..=MOST_POSES).rev().find(|&n| nodes.saturating_mul(bytes_per_node(n)) <= MOST_BYTES).unwrap_or(2)
 }
@@ -33,14 +33,22 @@ pub fn representatives(motion: &Motion, frames: &[usize], most: usize, exec: &Ex
     if frames.len() <= most {
         return frames.iter().map(|&frame| Pose { frame, weight: 1.0 }).collect();
     }
-    let step = frames.len().div_ceil(MOST_COMPARED);
-    let frames: Vec<usize> = frames.iter().copied().step_by(step).collect();
-    let poses = exec.map(frames.clone(), |_, frame| corners(motion, frame));
-    let distances = exec.map_range(frames.len(), |a| poses.iter().map(|b| distance(&poses[a], b)).collect());
-    let choice = choose(&distances, most);
+    let frames: Vec<usize> = thinned(frames.len()).into_iter().map(|i| frames[i]).collect();
+    let choice = choose(&distances(motion, &frames, exec), most);
     let mut poses: Vec<Pose> = choice.kept.iter().map(|&i| Pose { frame: frames[i], weight: 0.0 }).collect();
     choice.serves.iter().for_each(|&i| poses[i].weight += 1.0);
     poses
+}
+
+/// The numbers below `count`, or evenly some of them.
+pub(super) fn thinned(count: usize) -> Vec<usize> {
+    (0..count).step_by(count.div_ceil(MOST_COMPARED).max(1)).collect()
+}
+
+/// How far each frame is from each.
+pub(super) fn distances(motion: &Motion, frames: &[usize], exec: &Executor) -> Vec<Vec<f64>> {
+    let poses = exec.map(frames.to_vec(), |_, frame| corners(motion, frame));
+    exec.map_range(frames.len(), |a| poses.iter().map(|b| distance(&poses[a], b)).collect())
 }
 
 /// Some corners, about the middle of the frame's box and as shares of its longest edge.

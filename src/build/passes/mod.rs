@@ -11,6 +11,7 @@ mod links;
 mod poses;
 mod reinsert;
 mod search;
+mod slot;
 #[cfg(test)]
 mod tests;
 mod treelet;
@@ -18,8 +19,8 @@ mod volumes;
 mod work_tree;
 
 pub use self::adapt::Guide;
-pub use self::poses::{MOST_POSES, ScaledPose, bytes_per_node, over_poses};
 use self::emit::{Collapse, emit};
+pub use self::poses::{MOST_POSES, ScaledPose, bytes_per_node, over_poses};
 use self::volumes::OneBox;
 use self::work_tree::WorkTree;
 use super::cost::Sah;

@@ -6,8 +6,9 @@
 
 use super::emit::{Collapse, emit};
 use super::reinsert::reinsert;
+use super::slot::{LEAF, Slot};
 use super::volumes::Volumes;
-use super::work_tree::{LEAF, Slot, WorkTree};
+use super::work_tree::WorkTree;
 use crate::build::cost::Sah;
 use crate::build::error::BuildError;
 use crate::build::progress::Progress;
@@ -76,7 +77,15 @@ fn moved<const GROUPS: usize>(
     let Some(mut work) = WorkTree::new(tree, exec) else { return Ok(None) };
     let mut rows = Rows::<GROUPS>::of(tree, &work, triangles, poses, exec);
     work.set_areas(|slot| area(&rows.held(slot)), exec);
+    let before = work.inner_area;
     exec.run(|| reinsert(&mut work, &mut rows, options.reinsert, exec, progress))?;
+    // Moves of one round can spoil each other's gain. If so little is left of it that rounding could be all, only leaves are joined.
+    if options.reinsert > 0 && !(work.inner_area < before * (1.0 - 1e-6)) {
+        let Some(again) = WorkTree::new(tree, exec) else { return Ok(None) };
+        work = again;
+        rows = Rows::of(tree, &work, triangles, poses, exec);
+        work.set_areas(|slot| area(&rows.held(slot)), exec);
+    }
     if progress.is_cancelled() {
         return Err(BuildError::Cancelled);
     }
@@ -93,8 +102,7 @@ struct Group {
     max: [Lanes; 3],
 }
 
-const EMPTY: Group =
-    Group { min: [Lanes::splat(f32::INFINITY); 3], max: [Lanes::splat(f32::NEG_INFINITY); 3] };
+const EMPTY: Group = Group { min: [Lanes::splat(f32::INFINITY); 3], max: [Lanes::splat(f32::NEG_INFINITY); 3] };
 
 impl Group {
     #[inline(always)]
@@ -137,13 +145,7 @@ struct Rows<const GROUPS: usize> {
 }
 
 impl<const GROUPS: usize> Rows<GROUPS> {
-    fn of(
-        tree: &Tree,
-        work: &WorkTree,
-        triangles: &[[u32; 3]],
-        poses: &[ScaledPose],
-        exec: &Executor,
-    ) -> Rows<GROUPS> {
+    fn of(tree: &Tree, work: &WorkTree, triangles: &[[u32; 3]], poses: &[ScaledPose], exec: &Executor) -> Rows<GROUPS> {
         let vertices = vertices::<GROUPS>(poses, exec);
         let pairs = tree.nodes.len() / 2;
         let mut rows = vec![[EMPTY; GROUPS]; pairs + tree.refs.len()];

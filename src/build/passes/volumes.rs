@@ -2,7 +2,7 @@
 //!
 //! Search and refit ask for areas alone, and so do not see which of the two it is.
 
-use super::work_tree::Slot;
+use super::slot::Slot;
 use crate::simd::LaneBox;
 
 /// The boxes of all slots. What is said of a slot depends on its link alone or on what it holds, never on where it stands, since moves carry

@@ -71,6 +71,11 @@ impl<'a> Motion<'a> {
         Ok(())
     }
 
+    /// Some of the frames, in this order.
+    pub(super) fn of(&self, frames: impl Iterator<Item = usize>) -> Motion<'a> {
+        Motion { triangles: self.triangles, frames: frames.map(|frame| self.frames[frame]).collect() }
+    }
+
     /// How many frames there are.
     pub fn frames(&self) -> usize {
         self.frames.len()
