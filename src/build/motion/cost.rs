@@ -27,6 +27,23 @@ pub fn costs(trees: &[Tree], motion: &Motion, options: &BuildOptions, exec: &Exe
     })
 }
 
+/// What the triangles of a frame alone cost, each in a leaf of its own, as a share of the frame's box like [`cost`]. No tree changes it.
+///
+/// The same motion costs more in a frame with a small box than in one with a large one, whatever the tree. A cost divided by this can be compared with those of
+/// other frames.
+///
+/// # Panics
+/// Where there is no such frame.
+pub fn triangle_cost(motion: &Motion, frame: usize, options: &BuildOptions) -> f64 {
+    let start = (0.0, Aabb::EMPTY);
+    let (sum, all) = triangle_boxes(motion, frame)
+        .into_iter()
+        .map(LaneBox::aabb)
+        .fold(start, |(sum, all), b| (sum + half_area(&b), all.union(b)));
+    let root = half_area(&all);
+    if root > 0.0 { f64::from(options.intersection_cost) * sum / root } else { 0.0 }
+}
+
 fn triangle_boxes(motion: &Motion, frame: usize) -> Vec<LaneBox> {
     let positions = motion.positions(frame);
     let around = |triangle: &[u32; 3]| {

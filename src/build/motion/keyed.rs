@@ -5,7 +5,7 @@
 //!                                              costs of each candidate in each frame ─▶ the set with the least mean
 //! ```
 
-use super::cost::costs;
+use super::cost::{costs, triangle_cost};
 use super::frames::Motion;
 use super::medoids::{Choice, choose};
 use super::optimise::optimise;
@@ -28,8 +28,8 @@ const POSES_OF_PART: usize = 4;
 const ROUNDS: u32 = 8;
 /// Parts that [`Trees::Auto`] tries.
 const MOST_PARTS: usize = 3;
-/// A further tree must lower the mean cost by this share, since a file has to hold it.
-const LEAST_GAIN: f64 = 0.01;
+/// Each further tree must lower the mean cost by about this share, since a file has to hold it.
+const PRICE: f64 = 0.005;
 
 /// How many trees an animation gets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ const LEAST_GAIN: f64 = 0.01;
 pub enum Trees {
     /// At most so many; 0 is taken for 1.
     AtMost(usize),
-    /// One to three: a further one only if it lowers the mean cost by one per cent.
+    /// One to three: more only if each further one lowers the mean cost by half a per cent.
     Auto,
 }
 
@@ -52,7 +52,8 @@ pub struct Keyed {
     pub costs: Vec<f64>,
 }
 
-/// Trees for all frames, such that the mean over the frames of the SAH is low. Of `options` the costs and `max_leaf` are read; the trees have no duplicates.
+/// Trees for all frames, such that the mean over the frames of the SAH, each divided by what its [triangles alone cost](triangle_cost), is low. So no frame
+/// counts for more because its box is small. `progress` is told of phases, not of primitives. Of `options` the costs and `max_leaf` are read; the trees have no duplicates.
 ///
 /// All positions must be in memory. Where they do not fit, take [`representatives`] of what fits, [`optimise`] over these, ask [`cost`](super::cost) frame by
 /// frame, and [`choose`] by what it says.
@@ -74,43 +75,42 @@ pub fn keyed(
     if frames.is_empty() {
         return Ok(Keyed::default());
     }
-    let builder = Builder { motion, options, exec, progress };
+    let progress = &Uncounted(progress);
     progress.phase("motion: poses");
-    let apart = distances(motion, &frames, exec);
+    let units = exec.map_range(motion.frames(), |frame| match triangle_cost(motion, frame, options) {
+        unit if unit > 0.0 => unit,
+        _ => 1.0,
+    });
+    let builder = Builder { motion, units: &units, options, exec, progress };
+    let medoids = choose(&distances(motion, &frames, exec), if parts > 1 { parts } else { STARTS });
+    let starts = medoids.kept.iter().map(|&i| builder.start(frames[i])).collect::<Result<Vec<Tree>, BuildError>>()?;
     let mut candidates = Vec::new();
     if parts == 1 || trees == Trees::Auto {
-        let starts = choose(&apart, STARTS).kept.into_iter().map(|i| builder.start(frames[i]));
-        let starts = starts.collect::<Result<Vec<Tree>, BuildError>>()?;
         candidates.push(builder.fitted(&starts, &frames, POSES)?);
     }
     if parts > 1 {
-        let choice = choose(&apart, parts);
-        for (part, &medoid) in choice.kept.iter().enumerate() {
-            let served = frames.iter().zip(&choice.serves).filter(|(_, serves)| **serves == part);
+        for (part, start) in starts.iter().enumerate() {
+            let served = frames.iter().zip(&medoids.serves).filter(|(_, serves)| **serves == part);
             let served: Vec<usize> = served.map(|(frame, _)| *frame).collect();
-            candidates.push(builder.fitted(&[builder.start(frames[medoid])?], &served, POSES_OF_PART)?);
+            candidates.push(builder.fitted(std::slice::from_ref(start), &served, POSES_OF_PART)?);
         }
     }
     progress.phase("motion: costs");
     let costs = costs(&candidates, motion, options, exec);
+    let in_units = |(row, unit): (&Vec<f64>, &f64)| row.iter().map(|cost| cost / unit).collect();
+    let comparable: Vec<Vec<f64>> = costs.iter().zip(&units).map(in_units).collect();
     let choice = match trees {
-        Trees::AtMost(most) => choose(&costs, most.max(1)),
-        Trees::Auto => worthwhile(&costs, MOST_PARTS),
+        Trees::AtMost(most) => choose(&comparable, most.max(1)),
+        Trees::Auto => worthwhile(&comparable),
     };
     Ok(Keyed::of(candidates, &costs, choice))
 }
 
-/// The choice with the fewest candidates that another one does not make better by [`LEAST_GAIN`].
-fn worthwhile(costs: &[Vec<f64>], most: usize) -> Choice {
-    let mut best = choose(costs, 1);
-    for count in 2..=most {
-        let next = choose(costs, count);
-        if next.mean > best.mean * (1.0 - LEAST_GAIN) {
-            break;
-        }
-        best = next;
-    }
-    best
+/// The choice whose mean cost is lowest once each further tree is paid for.
+fn worthwhile(costs: &[Vec<f64>]) -> Choice {
+    let paid = |choice: &Choice| choice.mean * (1.0 + PRICE * choice.kept.len() as f64);
+    let choices = (1..=MOST_PARTS).map(|most| choose(costs, most));
+    choices.reduce(|a, b| if paid(&b) < paid(&a) { b } else { a }).unwrap_or_default()
 }
 
 impl Keyed {
@@ -125,8 +125,23 @@ impl Keyed {
     }
 }
 
+/// Several trees are built of each triangle, so it is not told how many are done.
+struct Uncounted<'a>(&'a dyn Progress);
+
+impl Progress for Uncounted<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.0.is_cancelled()
+    }
+
+    fn phase(&self, name: &'static str) {
+        self.0.phase(name);
+    }
+}
+
 struct Builder<'a> {
     motion: &'a Motion<'a>,
+    /// By frame, what costs are divided by before those of several frames are added.
+    units: &'a [f64],
     options: &'a BuildOptions,
     exec: &'a Executor,
     progress: &'a dyn Progress,
@@ -146,7 +161,8 @@ impl Builder<'_> {
     /// The start that costs least over the frames, optimised for them.
     fn fitted(&self, starts: &[Tree], frames: &[usize], most: usize) -> Result<Tree, BuildError> {
         let most = most.min(most_poses(self.motion.triangles().len()));
-        let poses = representatives(self.motion, frames, most, self.exec);
+        let mut poses = representatives(self.motion, frames, most, self.exec);
+        poses.iter_mut().for_each(|pose| pose.weight /= self.units[pose.frame]);
         let options = BuildOptions { reinsert: ROUNDS, ..self.options.clone() };
         let Some(start) = self.cheapest(starts, &poses) else { return Ok(Tree::default()) };
         optimise(start, self.motion, &poses, &options, self.exec, self.progress)

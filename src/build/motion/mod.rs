@@ -14,7 +14,7 @@ mod optimise;
 mod rebuild;
 mod representatives;
 
-pub use cost::{cost, costs};
+pub use cost::{cost, costs, triangle_cost};
 pub use frames::{Motion, MotionError};
 pub use keyed::{Keyed, Trees, keyed};
 pub use medoids::{Choice, choose};

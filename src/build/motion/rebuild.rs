@@ -82,7 +82,7 @@ impl Rebuild {
         &self.kept
     }
 
-    /// The next frame, in which the [kept](Rebuild::kept) trees cost so much. What has no cost is NaN.
+    /// The next frame, in which the [kept](Rebuild::kept) trees cost so much, in a unit in which frames can be compared. What has no cost is NaN.
     pub fn step(&mut self, costs: &[f64]) -> Step {
         self.frame += 1;
         let places = 0..self.kept.len().min(costs.len());
@@ -137,7 +137,8 @@ impl Rebuild {
 /// What a policy makes of frames whose costs can be asked: by frame, the frame whose tree serves it. A tree is built in each frame that serves itself, and
 /// nowhere else.
 ///
-/// `cost(key, frame)` is what the tree of frame `key` costs fitted to `frame`. It is asked for frames in order, and for keys that come before.
+/// `cost(key, frame)` is what the tree of frame `key` costs fitted to `frame`, in a unit in which frames can be compared: see
+/// [`triangle_cost`](super::triangle_cost). It is asked for frames in order, and for keys that come before.
 pub fn key_frames(frames: usize, policy: Policy, mut cost: impl FnMut(usize, usize) -> f64) -> Vec<usize> {
     let mut state = Rebuild::new(policy);
     // By number of the tree, its frame.
