@@ -13,6 +13,7 @@ mod binned;
 mod bonsai;
 mod cost;
 mod error;
+pub mod motion;
 pub(crate) mod passes;
 mod presplit;
 mod prim_ref;

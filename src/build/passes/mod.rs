@@ -8,15 +8,20 @@
 mod adapt;
 mod emit;
 mod links;
+mod poses;
 mod reinsert;
 mod search;
+mod slot;
 #[cfg(test)]
 mod tests;
 mod treelet;
+mod volumes;
 mod work_tree;
 
 pub use self::adapt::Guide;
 use self::emit::{Collapse, emit};
+pub use self::poses::{MOST_POSES, ScaledPose, bytes_per_node, over_poses};
+use self::volumes::OneBox;
 use self::work_tree::WorkTree;
 use super::cost::Sah;
 use super::error::BuildError;
@@ -84,7 +89,8 @@ fn changed(
     progress.phase("reinsert: links");
     let Some(mut work) = WorkTree::new(tree, exec) else { return Ok(None) };
     let before = work.inner_area;
-    exec.run(|| reinsert::reinsert(&mut work, options.reinsert, exec, progress))?;
+    let mut one = OneBox { scale: work.scale };
+    exec.run(|| reinsert::reinsert(&mut work, &mut one, options.reinsert, exec, progress))?;
 
     // Moves of one round can spoil each other's gain. If so little is left of it that rounding could be all, stay.
     let is_better = work.inner_area < before * (1.0 - 1e-6);

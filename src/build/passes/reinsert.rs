@@ -12,6 +12,7 @@
 //! is missed because the node that makes it is small.
 
 use super::search::{Move, Search};
+use super::volumes::Volumes;
 use super::work_tree::WorkTree;
 use crate::build::error::BuildError;
 use crate::build::progress::Progress;
@@ -29,7 +30,13 @@ const FINE: f64 = 1.0;
 const CHUNK: usize = 1 << 10;
 
 /// Move subtrees, in at most so many rounds. Each costs O(n · depth) at worst.
-pub fn reinsert(tree: &mut WorkTree, rounds: u32, exec: &Executor, progress: &dyn Progress) -> Result<(), BuildError> {
+pub fn reinsert<V: Volumes>(
+    tree: &mut WorkTree,
+    volumes: &mut V,
+    rounds: u32,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<(), BuildError> {
     for round in 0..rounds {
         if progress.is_cancelled() {
             return Err(BuildError::Cancelled);
@@ -38,13 +45,13 @@ pub fn reinsert(tree: &mut WorkTree, rounds: u32, exec: &Executor, progress: &dy
         let threshold = threshold(round, rounds);
         let before = tree.inner_area;
         let least = threshold * before / tree.slots.len() as f64;
-        let moves = find_moves(tree, least as f32, exec);
+        let moves = find_moves(tree, &*volumes, least as f32, exec);
         progress.phase("reinsert: move");
         for Move { from, to, .. } in moves {
             tree.move_subtree(from, to);
         }
         progress.phase("reinsert: refit");
-        tree.refit();
+        tree.refit(volumes);
         if threshold <= FINE && before - tree.inner_area < LEAST_GAIN * before {
             break;
         }
@@ -61,10 +68,10 @@ fn threshold(round: u32, rounds: u32) -> f64 {
 }
 
 /// The best move of every node that has one, the largest gain first.
-fn find_moves(tree: &WorkTree, least: f32, exec: &Executor) -> Vec<Move> {
+fn find_moves<V: Volumes>(tree: &WorkTree, volumes: &V, least: f32, exec: &Executor) -> Vec<Move> {
     let found = exec.map_chunks(&tree.slots, CHUNK, |chunk_index, chunk| {
         let start = (chunk_index * CHUNK) as u32;
-        let mut search = Search::new(tree, least);
+        let mut search = Search::new(tree, volumes, least);
         // The root has no place, and slot 1 is none.
         let slots = start.max(2)..start + chunk.len() as u32;
         slots.filter_map(|from| search.best_move(from)).collect::<Vec<_>>()

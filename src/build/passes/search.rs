@@ -6,8 +6,8 @@
 //! Hierarchy Optimization", 2018, section 4). Beside the places in those subtrees it weighs the nodes above the node
 //! itself, whose price is known on the way.
 
+use super::volumes::Volumes;
 use super::work_tree::WorkTree;
-use crate::simd::LaneBox;
 use crate::tree::MAX_DEPTH;
 
 /// A subtree and a better place for it.
@@ -25,11 +25,12 @@ pub struct Move {
 const MAX_PAIRS: u32 = 128;
 
 /// One thread's search.
-pub struct Search<'a> {
+pub struct Search<'a, V: Volumes> {
     tree: &'a WorkTree,
+    volumes: &'a V,
     /// Moves that gain no more than this are not worth making.
     least: f32,
-    node: LaneBox,
+    node: V::Held,
     node_area: f32,
     /// The most that is gained so far, and where.
     best: f32,
@@ -39,13 +40,14 @@ pub struct Search<'a> {
     put_off: Vec<(f32, u32)>,
 }
 
-impl<'a> Search<'a> {
-    pub fn new(tree: &'a WorkTree, least: f32) -> Search<'a> {
+impl<'a, V: Volumes> Search<'a, V> {
+    pub fn new(tree: &'a WorkTree, volumes: &'a V, least: f32) -> Search<'a, V> {
         let put_off = Vec::with_capacity(MAX_DEPTH as usize);
         Search {
             tree,
+            volumes,
             least,
-            node: LaneBox::EMPTY,
+            node: volumes.held(&tree.slots[0]),
             node_area: 0.0,
             best: 0.0,
             best_place: None,
@@ -56,30 +58,29 @@ impl<'a> Search<'a> {
 
     /// The best place for the subtree at `from`, if it is better than where it is.
     pub fn best_move(&mut self, from: u32) -> Option<Move> {
-        let tree = self.tree;
+        let (tree, volumes) = (self.tree, self.volumes);
         let parent = tree.parent(from)?;
         let slot = &tree.slots[from as usize];
-        (self.node, self.node_area) = (slot.lanes(), slot.area);
+        (self.node, self.node_area) = (volumes.held(slot), slot.area);
         (self.best, self.best_place, self.pairs_left) = (self.least, None, MAX_PAIRS);
 
         // Below the sibling. Beside it is where the node is.
         let mut saved = tree.slots[parent as usize].area;
         let sibling = &tree.slots[(from ^ 1) as usize];
-        self.enter(from ^ 1, saved, sibling.lanes().union(self.node).scaled_half_area(tree.scale));
+        self.enter(from ^ 1, saved, volumes.area_with(sibling, &self.node));
 
-        let mut left = sibling.lanes();
+        let mut left = volumes.held(sibling);
         let mut at = parent;
         while let Some(above) = tree.parent(at) {
             let beside = at ^ 1;
             let slot = &tree.slots[beside as usize];
-            let both = slot.lanes().union(self.node).scaled_half_area(tree.scale);
+            let both = volumes.area_with(slot, &self.node);
             self.offer(beside, saved - both);
             self.enter(beside, saved, both);
 
             // What remains of the node above once the subtree is gone, and the place beside that.
             let whole = tree.slots[above as usize].area;
-            left = left.union(slot.lanes());
-            let shrinks = whole - left.scaled_half_area(tree.scale);
+            let shrinks = whole - volumes.join(slot, &mut left);
             saved += shrinks;
             self.offer(above, saved - whole);
 
@@ -113,7 +114,7 @@ impl<'a> Search<'a> {
     /// Branch and bound below a pair's parent. No place there gains more than what is saved so far less the node's own area,
     /// because the new parent is at least that large.
     fn look_below(&mut self, mut saved: f32, mut pair: u32) {
-        let (tree, node, node_area) = (self.tree, self.node, self.node_area);
+        let (tree, volumes, node, node_area) = (self.tree, self.volumes, self.node, self.node_area);
         loop {
             if self.pairs_left == 0 {
                 self.put_off.clear();
@@ -121,8 +122,8 @@ impl<'a> Search<'a> {
             }
             self.pairs_left -= 1;
             let [first, second] = [2 * pair, 2 * pair + 1].map(|slot| &tree.slots[slot as usize]);
-            let with_first = first.lanes().union(node).scaled_half_area(tree.scale);
-            let with_second = second.lanes().union(node).scaled_half_area(tree.scale);
+            let with_first = volumes.area_with(first, &node);
+            let with_second = volumes.area_with(second, &node);
             self.offer(2 * pair, saved - with_first);
             self.offer(2 * pair + 1, saved - with_second);
 

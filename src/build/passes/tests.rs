@@ -1,3 +1,4 @@
+use super::volumes::OneBox;
 use super::*;
 use crate::build::recipe::options::Method;
 use crate::geom::Aabb;
@@ -141,7 +142,7 @@ fn a_subtree_is_not_moved_into_itself() {
     let (in_a, in_b) = (work.slots[a as usize].children()[0], work.slots[b as usize].children()[0]);
     assert!(work.move_subtree(a, in_b));
     assert!(!work.move_subtree(b, in_a));
-    work.refit();
+    work.refit(&mut OneBox { scale: work.scale });
     let after = emit(&work, &wide.refs, None, &Executor::sequential());
     assert_eq!((after.live_nodes(), after.refs.len()), (15, 8));
 }

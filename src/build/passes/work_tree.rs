@@ -5,52 +5,15 @@
 //! slots hold and nothing else, so slots are neither made nor freed.
 
 use super::links::{Links, NONE};
+use super::slot::{LEAF, Slot};
 use super::treelet::{Part, Treelet};
+use super::volumes::Volumes;
 use crate::build::binned::{area_scale, scaled_half_area};
 use crate::exec::Executor;
-use crate::simd::LaneBox;
 use crate::tree::{MAX_DEPTH, Tree};
 
-/// A node of a [`WorkTree`].
-#[repr(C, align(32))]
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct Slot {
-    pub min: [f32; 3],
-    /// An inner node's pair of children by its number, half the index of its first slot; of a leaf [`LEAF`] and the place of
-    /// its first reference.
-    pub link: u32,
-    pub max: [f32; 3],
-    /// Half the area of the box, whose edges are multiplied by [`WorkTree::scale`] first.
-    pub area: f32,
-}
-
-/// The bit of [`Slot::link`] that marks a leaf: a tree has fewer than 2³¹ references and fewer pairs than that.
-pub const LEAF: u32 = 1 << 31;
 /// Slots that a task converts at once.
 const CHUNK: usize = 1 << 14;
-
-impl Slot {
-    #[inline(always)]
-    pub fn is_leaf(&self) -> bool {
-        self.link & LEAF != 0
-    }
-
-    /// The slots of an inner node's children.
-    #[inline(always)]
-    pub fn children(&self) -> [u32; 2] {
-        [2 * self.link, 2 * self.link + 1]
-    }
-
-    /// The box, with link and area in the fourth lanes.
-    #[inline(always)]
-    pub fn lanes(&self) -> LaneBox {
-        *bytemuck::cast_ref(self)
-    }
-
-    fn set_box(&mut self, bounds: LaneBox, area: f32) {
-        (self.min, self.max, self.area) = (bounds.min.point(), bounds.max.point(), area);
-    }
-}
 
 /// The tree under change.
 pub struct WorkTree {
@@ -228,7 +191,8 @@ impl WorkTree {
         let [first, second] = [0, 1].map(|k| self.slots[2 * pair as usize + k].lanes());
         let bounds = first.union(second);
         let area = bounds.scaled_half_area(self.scale);
-        self.slots[at as usize].set_box(bounds, area);
+        self.slots[at as usize].set_box(bounds);
+        self.slots[at as usize].area = area;
         self.inner_area += f64::from(area);
         self.measure([at]);
     }
@@ -241,18 +205,31 @@ impl WorkTree {
         }
     }
 
+    /// Let every slot have another area.
+    pub fn set_areas(&mut self, area: impl Fn(&Slot) -> f32 + Sync, exec: &Executor) {
+        let sums = exec.map_chunks_mut(&mut self.slots, CHUNK, |chunk_index, chunk| {
+            // Slot 1 is none.
+            let slots = chunk.iter_mut().enumerate().filter(|(i, _)| chunk_index * CHUNK + i != 1);
+            slots.fold(0.0, |sum, (_, slot)| {
+                slot.area = area(slot);
+                sum + if slot.is_leaf() { 0.0 } else { f64::from(slot.area) }
+            })
+        });
+        self.inner_area = sums.iter().sum();
+    }
+
     /// End a batch: boxes, areas and heights above what was moved.
-    pub fn refit(&mut self) {
+    pub fn refit(&mut self, volumes: &mut impl Volumes) {
         for slot in std::mem::take(&mut self.taken) {
             self.flags[slot as usize] &= !TAKEN;
         }
         if self.flags[0] & CHANGED != 0 {
-            self.refit_below(0);
+            self.refit_below(0, volumes);
         }
     }
 
     /// As deep as the tree, which [`MAX_DEPTH`] bounds.
-    fn refit_below(&mut self, slot: u32) {
+    fn refit_below(&mut self, slot: u32, volumes: &mut impl Volumes) {
         self.flags[slot as usize] &= !CHANGED;
         let before = self.slots[slot as usize];
         if before.is_leaf() {
@@ -261,20 +238,24 @@ impl WorkTree {
         let [first, second] = before.children();
         for child in [first, second] {
             if self.flags[child as usize] & CHANGED != 0 {
-                self.refit_below(child);
+                self.refit_below(child, volumes);
             }
         }
-        let bounds = self.slots[first as usize].lanes().union(self.slots[second as usize].lanes());
-        let area = bounds.scaled_half_area(self.scale);
+        let area = volumes.enclose(&mut self.slots, slot);
         self.inner_area += f64::from(area) - f64::from(before.area);
-        self.slots[slot as usize].set_box(bounds, area);
+        self.slots[slot as usize].area = area;
         self.heights[slot as usize] = 1 + self.heights[first as usize].max(self.heights[second as usize]);
     }
 
     /// A leaf's references, as a range of the tree that this one was made from.
     pub fn leaf_range(&self, leaf: &Slot) -> std::ops::Range<usize> {
         let first = (leaf.link & !LEAF) as usize;
-        first..first + usize::from(self.leaf_counts[first])
+        first..first + self.leaf_count(first)
+    }
+
+    /// How many references the leaf has that begins with this one; 0 where none does.
+    pub fn leaf_count(&self, first: usize) -> usize {
+        usize::from(self.leaf_counts[first])
     }
 
     /// No leaf below is more levels down than this.
