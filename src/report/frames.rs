@@ -25,8 +25,8 @@ pub struct FrameReport {
     pub built: u64,
     /// SAH cost, the mean over its trees weighted by the areas of their roots.
     pub sah: f64,
-    /// That cost relative to the same trees' in the poses that they were built over: 1 where nothing was refitted, `None` where that is not known.
-    pub ratio: Option<f64>,
+    /// That cost relative to what the same trees cost in the frames where each is cheapest.
+    pub ratio: f64,
     /// Bytes of nodes and vertices that are stored for this frame first.
     pub bytes: u64,
 }
@@ -52,10 +52,11 @@ impl SequenceReport {
     /// # Errors
     /// Where a frame cannot be opened.
     pub fn of(path: String, sequence: &Frames<'_>, exec: &Executor) -> Result<SequenceReport, CacheError> {
-        // What each topology cost where it was built.
-        let mut keys: BTreeMap<u32, f32> = BTreeMap::new();
-        for pose in sequence.poses().iter().filter(|pose| pose.flags & PoseRecord::KEY != 0) {
-            keys.entry(pose.topology).or_insert(pose.sah);
+        // What each topology costs where it costs least.
+        let mut least: BTreeMap<u32, f32> = BTreeMap::new();
+        for pose in sequence.poses() {
+            let cost = least.entry(pose.topology).or_insert(pose.sah);
+            *cost = cost.min(pose.sah);
         }
         let mut blocks_seen = 0;
         let frames = (0..sequence.frame_count()).map(|index| {
@@ -70,8 +71,7 @@ impl SequenceReport {
                 if weight > 0.0 { sum / weight } else { 0.0 }
             };
             let sah = mean(&|pose| f64::from(pose.sah));
-            let known = poses.iter().all(|pose| keys.contains_key(&pose.topology));
-            let built = mean(&|pose| keys.get(&pose.topology).map_or(0.0, |sah| f64::from(*sah)));
+            let cheapest = mean(&|pose| least.get(&pose.topology).map_or(0.0, |sah| f64::from(*sah)));
             let FrameRecord { number, time, flags, .. } = *frame.record();
             let last = poses.iter().map(|pose| pose.block as usize + 1).max().unwrap_or(0);
             let bytes = (blocks_seen..last).map(|block| sequence.block_bytes(block)).sum();
@@ -86,7 +86,7 @@ impl SequenceReport {
                 trees: poses.len() as u64,
                 built: poses.iter().filter(|pose| pose.flags & PoseRecord::KEY != 0).count() as u64,
                 sah,
-                ratio: (known && built > 0.0).then(|| sah / built),
+                ratio: if cheapest > 0.0 { sah / cheapest } else { 1.0 },
                 bytes,
             })
         });

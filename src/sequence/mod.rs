@@ -6,13 +6,15 @@
 //!   instances ─ top level ─▶ a placement
 //! ```
 //!
-//! Trees are refitted bottom-up to where their triangles stand, and built anew where that has become too dear ([`RefitPolicy`]). The top level is built for
+//! Trees may be made for the whole animation first ([`SequenceBuilder::survey`]). They are refitted bottom-up to where their triangles stand, and built anew where that has become too dear ([`RefitPolicy`]). The top level is built for
 //! every frame.
 
 mod policy;
 mod shape;
+mod survey;
 mod weld;
 
+pub use crate::build::motion::Trees;
 pub use policy::{Refit, RefitPolicy};
 
 use std::collections::BTreeMap;
@@ -25,6 +27,7 @@ use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::{Mesh, Scene};
 use shape::{Shape, geometry_hash, topology_hash};
+use survey::Survey;
 
 /// Why a sequence could not be built.
 #[derive(Debug)]
@@ -112,6 +115,8 @@ pub struct SequenceBuilder<'a> {
     shapes: BTreeMap<[u8; 32], Shape>,
     /// Poses by topology and geometry.
     poses: BTreeMap<([u8; 32], [u8; 32]), u32>,
+    /// Trees that were made for the whole animation.
+    surveyed: u64,
 }
 
 impl<'a> SequenceBuilder<'a> {
@@ -136,7 +141,32 @@ impl<'a> SequenceBuilder<'a> {
             writer: SequenceWriter::new(path, codec, exec)?,
             shapes: BTreeMap::new(),
             poses: BTreeMap::new(),
+            surveyed: 0,
         })
+    }
+
+    /// Make trees for the whole animation out of some of its frames, before the first one is [added](SequenceBuilder::add). Meshes that move in these get at
+    /// most so many trees, of which each frame takes the best; they are those of [`keyed`](crate::build::motion::keyed).
+    ///
+    /// A tree that is made so costs less on average than that of any frame. About 20 frames, spread evenly, are enough: all of them are held in memory.
+    ///
+    /// # Errors
+    /// Where a scene cannot be built.
+    pub fn survey(&mut self, frames: Vec<Scene>, trees: Trees) -> Result<(), SequenceError> {
+        let mut survey = Survey::default();
+        for scene in frames {
+            survey.add(compile::lay_out(scene, &self.options, self.exec)?.meshes);
+        }
+        for (topology, shape, trees) in survey.shapes(trees, &self.options, self.exec, self.progress)? {
+            self.shapes.insert(topology, shape);
+            self.surveyed += trees;
+        }
+        Ok(())
+    }
+
+    /// How many trees [`SequenceBuilder::survey`] made.
+    pub fn surveyed(&self) -> u64 {
+        self.surveyed
     }
 
     /// Add the next frame.
@@ -191,11 +221,11 @@ impl<'a> SequenceBuilder<'a> {
             return Ok(*pose);
         }
         let shape = self.shapes.entry(topology).or_default();
-        let pose = match shape.refit(mesh, &self.policy, self.exec) {
+        let pose = match shape.refit(mesh, &self.policy) {
             Some(fitted) if !fitted.is_dear => {
                 outcome.refitted += 1;
                 outcome.worst_ratio = outcome.worst_ratio.max(fitted.ratio);
-                shape.write_refit(mesh, fitted, &mut self.writer)
+                shape.write_refit(mesh, fitted, &mut self.writer, self.exec)
             }
             fitted => {
                 let (tree, _) = compile::decide_tree(mesh, &self.options, self.exec, self.progress)?;
@@ -203,11 +233,11 @@ impl<'a> SequenceBuilder<'a> {
                     Some(fitted) => {
                         outcome.refitted += 1;
                         outcome.worst_ratio = outcome.worst_ratio.max(fitted.ratio);
-                        shape.write_refit(mesh, fitted, &mut self.writer)
+                        shape.write_refit(mesh, fitted, &mut self.writer, self.exec)
                     }
                     None => {
                         outcome.built += 1;
-                        shape.write_built(mesh, tree, &mut self.writer, self.exec)?
+                        shape.write_built(mesh, tree, &mut self.writer, self.exec)
                     }
                 }
             }

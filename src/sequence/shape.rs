@@ -1,31 +1,31 @@
 use super::policy::RefitPolicy;
 use super::weld::Weld;
-use crate::cache::{CacheError, Image, IndexedTriangleRecord, Parts, PoseRecord, SequenceWriter, TriangleRecord};
+use crate::cache::{Image, IndexedTriangleRecord, Parts, PoseRecord, SequenceWriter, TriangleRecord};
 use crate::exec::Executor;
 use crate::geom::Point;
 use crate::scene::Mesh;
 use crate::tree::{Node, Tree, quality, refit};
 
-/// Most trees of one mesh that are tried for a pose before another one is built.
-const TRIED: usize = 4;
+/// Most trees of one mesh that are kept: each is tried for a pose before another one is built.
+const KEPT: usize = 4;
 
-/// The trees that meshes of the same triangles have had so far.
+/// The trees that meshes of the same triangles have had so far, or were given beforehand.
 #[derive(Debug, Default)]
 pub struct Shape {
     trees: Vec<Keyed>,
     /// The one that the last pose was fitted by.
     current: usize,
+    /// The trees were made for the whole animation: each pose takes the best of them.
+    is_surveyed: bool,
 }
 
-/// A tree with the pose that it was built over.
+/// A tree that may serve other poses than the one that it was built over.
 #[derive(Debug)]
 struct Keyed {
-    /// Its boxes are those of the pose that it was built over.
     tree: Tree,
-    weld: Weld,
-    /// Its row in the file.
-    topology: u32,
-    /// The SAH cost that it was built with.
+    /// Its vertices and its row in the file, once a pose needed them.
+    stored: Option<(Weld, u32)>,
+    /// The SAH cost that it was built with; of a tree for many poses the largest of those that it was made for.
     sah: f32,
     /// The largest cost, relative to that, at which building anew was not worth it.
     borne: f32,
@@ -37,26 +37,32 @@ pub struct Fitted {
     keyed: usize,
     nodes: Vec<Node>,
     sah: f32,
-    /// Its SAH cost relative to that with which it was built.
+    /// Its SAH cost relative to that of the poses that it was made for.
     pub ratio: f32,
     /// The policy asks for another tree.
     pub is_dear: bool,
 }
 
 impl Shape {
+    /// Trees for the whole animation, each with the largest SAH cost that it has in the poses that it was made for.
+    pub fn surveyed(trees: impl IntoIterator<Item = (Tree, f32)>) -> Shape {
+        let keyed = |(tree, sah)| Keyed { tree, stored: None, sah, borne: 0.0 };
+        Shape { trees: trees.into_iter().map(keyed).collect(), current: 0, is_surveyed: true }
+    }
+
     /// The tree that serves a pose best, refitted; `None` where there is none yet.
-    pub fn refit(&self, mesh: &Mesh, policy: &RefitPolicy, exec: &Executor) -> Option<Fitted> {
-        let current = self.fit(self.current, mesh, policy, exec)?;
-        if !current.is_dear {
+    pub fn refit(&self, mesh: &Mesh, policy: &RefitPolicy) -> Option<Fitted> {
+        let current = self.fit(self.current, mesh, policy)?;
+        if !current.is_dear && !self.is_surveyed {
             return Some(current);
         }
         // A walk comes back to where it was: the trees of then may serve again.
-        let others = (0..self.trees.len()).rev().filter(|i| *i != self.current).take(TRIED - 1);
-        let fitted = others.filter_map(|i| self.fit(i, mesh, policy, exec));
+        let others = (0..self.trees.len()).filter(|i| *i != self.current);
+        let fitted = others.filter_map(|i| self.fit(i, mesh, policy));
         Some(fitted.fold(current, |best, one| if one.sah < best.sah { one } else { best }))
     }
 
-    fn fit(&self, number: usize, mesh: &Mesh, policy: &RefitPolicy, _exec: &Executor) -> Option<Fitted> {
+    fn fit(&self, number: usize, mesh: &Mesh, policy: &RefitPolicy) -> Option<Fitted> {
         let keyed = self.trees.get(number)?;
         let mut nodes = keyed.tree.nodes.clone();
         let corners = |slot: usize| mesh.corners(keyed.tree.refs[slot] as usize).map(super::weld::clean);
@@ -77,34 +83,35 @@ impl Shape {
     }
 
     /// Store a pose whose tree was refitted. Its number.
-    pub fn write_refit(&mut self, mesh: &Mesh, fitted: Fitted, writer: &mut SequenceWriter) -> u32 {
+    pub fn write_refit(&mut self, mesh: &Mesh, fitted: Fitted, writer: &mut SequenceWriter, exec: &Executor) -> u32 {
         self.current = fitted.keyed;
-        let keyed = &mut self.trees[fitted.keyed];
-        let positions = keyed.weld.positions(mesh).unwrap_or_else(|| {
-            // What was one vertex is two from here on: the same tree with other corners.
-            keyed.weld = keyed.weld.split(mesh, &keyed.tree.refs);
-            keyed.topology = Shape::write_topology(mesh, &keyed.tree, &keyed.weld, writer, &Executor::current());
-            keyed.weld.positions(mesh).unwrap_or_default()
+        let Keyed { tree, stored, .. } = &mut self.trees[fitted.keyed];
+        // Vertices that were one and stand apart in this pose are two from here on: the same tree with other corners.
+        let known = stored.as_ref().and_then(|(weld, topology)| Some((weld.positions(mesh)?, *topology)));
+        let (positions, topology) = known.unwrap_or_else(|| {
+            let weld = stored.as_ref().map_or_else(|| Weld::new(mesh, &tree.refs), |(w, _)| w.split(mesh, &tree.refs));
+            let topology = Shape::write_topology(mesh, tree, &weld, writer, exec);
+            let positions = weld.positions(mesh).unwrap_or_default();
+            *stored = Some((weld, topology));
+            (positions, topology)
         });
-        writer.pose(keyed.topology, &fitted.nodes, &positions, 0)
+        writer.pose(topology, &fitted.nodes, &positions, 0)
     }
 
     /// Store a tree that was built for a pose, and the pose. The pose's number.
-    pub fn write_built(
-        &mut self,
-        mesh: &Mesh,
-        tree: Tree,
-        writer: &mut SequenceWriter,
-        exec: &Executor,
-    ) -> Result<u32, CacheError> {
+    pub fn write_built(&mut self, mesh: &Mesh, tree: Tree, writer: &mut SequenceWriter, exec: &Executor) -> u32 {
         let weld = Weld::new(mesh, &tree.refs);
         let topology = Shape::write_topology(mesh, &tree, &weld, writer, exec);
         let positions: Vec<Point> = weld.positions(mesh).unwrap_or_default();
         let pose = writer.pose(topology, &tree.nodes, &positions, PoseRecord::KEY);
         let sah = quality::sah(&tree.nodes);
+        if self.trees.len() == KEPT {
+            // The oldest goes. However many are built, memory holds a few.
+            self.trees.remove(0);
+        }
         self.current = self.trees.len();
-        self.trees.push(Keyed { tree, weld, topology, sah, borne: 0.0 });
-        Ok(pose)
+        self.trees.push(Keyed { tree, stored: Some((weld, topology)), sah, borne: 0.0 });
+        pose
     }
 
     fn write_topology(mesh: &Mesh, tree: &Tree, weld: &Weld, writer: &mut SequenceWriter, exec: &Executor) -> u32 {

@@ -47,7 +47,7 @@ const TEXT: [Column; 8] = [
     ("trees", |f| figures::count(f.trees)),
     ("built", |f| if f.built == 0 { dash() } else { figures::count(f.built) }),
     ("SAH", |f| format!("{:.2}", f.sah)),
-    ("ratio", |f| f.ratio.map_or_else(dash, |ratio| format!("{ratio:.3}"))),
+    ("ratio", |f| format!("{:.3}", f.ratio)),
     ("new", |f| if f.bytes == 0 { dash() } else { bytes(f.bytes).to_string() }),
 ];
 
@@ -60,17 +60,11 @@ fn text(report: &SequenceReport, name: &str) -> String {
     }
     let counted = figures::counted;
     let (frames, all) = (report.frames.len() as u64, bytes(report.file_len));
-    let mean = report
-        .frames
-        .iter()
-        .filter_map(|f| f.ratio)
-        .fold((0.0, 0.0f64, 0u32), |(sum, most, n), ratio| (sum + ratio, most.max(ratio), n + 1));
-    let ratios = match mean {
-        (_, _, 0) => String::new(),
-        (sum, most, n) => format!(", ratio {:.3} on average and {most:.3} at most", sum / f64::from(n)),
-    };
+    let ratios = report.frames.iter().map(|frame| frame.ratio);
+    let (sum, most) = ratios.fold((0.0, 0.0f64), |(sum, most), ratio| (sum + ratio, most.max(ratio)));
+    let mean = sum / frames.max(1) as f64;
     format!(
-        "{}{name}: {}, {}, {}; {all}, {} a frame{ratios}\n",
+        "{}{name}: {}, {}, {}; {all}, {} a frame; ratio {mean:.3} on average, {most:.3} at most\n",
         table.render(),
         counted(frames, "frame", "frames"),
         counted(report.topologies, "topology", "topologies"),
@@ -88,7 +82,7 @@ const CSV: [Column; 9] = [
     ("trees", |f| f.trees.to_string()),
     ("built", |f| f.built.to_string()),
     ("sah", |f| f.sah.to_string()),
-    ("ratio", |f| f.ratio.map_or_else(String::new, |ratio| ratio.to_string())),
+    ("ratio", |f| f.ratio.to_string()),
     ("bytes", |f| f.bytes.to_string()),
 ];
 

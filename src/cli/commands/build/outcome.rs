@@ -87,15 +87,16 @@ pub struct SequenceBuilt {
     pub same: u64,
     /// Trees that were refitted.
     pub refitted: u64,
-    /// Trees that were built.
+    /// Trees that were built, those for all frames together and those for one.
     pub built: u64,
     pub frames: Vec<FrameOutcome>,
 }
 
 impl SequenceBuilt {
-    pub fn new(frames: Vec<FrameOutcome>) -> SequenceBuilt {
+    /// `surveyed` trees were made for all frames together.
+    pub fn new(frames: Vec<FrameOutcome>, surveyed: u64) -> SequenceBuilt {
         let sum = |count: fn(&FrameOutcome) -> u64| frames.iter().map(count).sum();
-        let (same, refitted, built) = (sum(|f| f.same), sum(|f| f.refitted), sum(|f| f.built));
+        let (same, refitted, built) = (sum(|f| f.same), sum(|f| f.refitted), surveyed + sum(|f| f.built));
         SequenceBuilt { same, refitted, built, frames }
     }
 }

@@ -1,6 +1,6 @@
 //! A sequence: many frames, one file.
 
-use super::frames::Fps;
+use super::frames::{Fps, TreeChoice};
 use super::inputs;
 use super::make::{Made, Workshop, millis, unchanged};
 use super::outcome::{Arrival, Built, SequenceBuilt, Times};
@@ -21,7 +21,7 @@ use crate::compile::Placing;
 use crate::scene::{
     self, Animation, AnimationChoice, Clip, Degenerate, InputFile, ReadOptions, ReadReport, Rounding, Scene, Seconds,
 };
-use crate::sequence::{FrameLabel, FrameOutcome, Refit, RefitPolicy, SequenceBuilder, SequenceError};
+use crate::sequence::{FrameLabel, FrameOutcome, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees};
 use std::time::{Duration, Instant};
 
 /// Frames a second of a clip whose keys are not uniform.
@@ -29,6 +29,16 @@ const FILM: f64 = 24.0;
 
 /// Most frames of a sequence: each may need four sections, and a file has 65,536.
 pub const MOST_FRAMES: usize = 16_000;
+
+/// Frames that trees are made for; those of longer sequences are thinned out evenly.
+const SURVEYED: usize = 24;
+
+/// Some of the frames, spread evenly from the first to the last.
+fn some<T>(frames: &[T]) -> impl Iterator<Item = &T> {
+    let count = frames.len().min(SURVEYED);
+    let last = frames.len().saturating_sub(1);
+    (0..count).filter_map(move |i| frames.get(i * last / (count.max(2) - 1)))
+}
 
 /// What the frames of a sequence are read with: triangles without area stay, since they may have one in another frame.
 fn read_options(read: &ReadOptions) -> ReadOptions {
@@ -49,6 +59,7 @@ pub fn recipe(workshop: &Workshop, frames: &Frames) -> Recipe {
     let mut options: Vec<(String, String)> = vec![
         ("sequence".into(), frames.recorded()),
         ("refit".into(), policy.refit.name().into()),
+        ("trees".into(), workshop.args.frames.trees.to_string()),
         ("rebuild_ratio".into(), policy.rebuild_ratio.to_string()),
     ];
     options.extend(build_options(&workshop.build, &policy).effective());
@@ -156,6 +167,7 @@ impl Workshop<'_> {
         if !self.args.force {
             caches::may_replace(&job.output)?;
         }
+        let surveyed = builder.surveyed();
         let written = builder.finish(&meta).map_err(|e| failure(&e))?;
         drop(publishing);
         if !self.args.no_check {
@@ -169,20 +181,29 @@ impl Workshop<'_> {
             total_ms: millis(total),
         };
         let arrival = Arrival { read: report, rounding, placing, posed: None, remarks: lines };
-        Ok(self.made(&written, frames, inputs, arrival, times))
+        Ok(self.made(&written, SequenceBuilt::new(frames, surveyed), inputs, arrival, times))
     }
 
     fn made(
         &self,
         written: &WriteSummary,
-        frames: Vec<FrameOutcome>,
+        sequence: SequenceBuilt,
         inputs: Vec<InputFile>,
         arrival: Arrival,
         times: Times,
     ) -> Made {
-        let built = Built::of_sequence(SequenceBuilt::new(frames), written, arrival, times);
+        let built = Built::of_sequence(sequence, written, arrival, times);
         let inputs = inputs.into_iter().map(|input| input.path).collect();
         Made { built, build_key: written.header.build_key, inputs }
+    }
+
+    /// How many trees are made for all frames together, if any are.
+    fn surveys(&self, frames: usize) -> Option<Trees> {
+        let args = &self.args.frames;
+        match args.trees {
+            TreeChoice::Surveyed(trees) if frames > 1 && args.refit != Refit::Never => Some(trees),
+            _ => None,
+        }
     }
 
     /// The frames of a pattern: while one is built, the next one is read.
@@ -201,6 +222,16 @@ impl Workshop<'_> {
                 scene::read_with(&frame.model, read, exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e));
             Ok((scene?, start.elapsed()))
         };
+        if let Some(trees) = self.surveys(list.len()) {
+            bar.spin("looking at frames of");
+            let mut scenes = Vec::new();
+            for frame in some(list) {
+                let (scene, took) = read_one(frame)?;
+                told.read_time += took;
+                scenes.push(scene);
+            }
+            builder.survey(scenes, trees).map_err(|e| failure(&e))?;
+        }
         bar.phase("frames of", list.len() as u64);
         let mut next = list.first().map(read_one);
         for (i, frame) in list.iter().enumerate() {
@@ -225,6 +256,14 @@ impl Workshop<'_> {
         told: &mut Told,
         bar: &Bar,
     ) -> Result<(), Failure> {
+        if let Some(trees) = self.surveys(times.len()) {
+            bar.spin("looking at frames of");
+            let start = Instant::now();
+            let scenes: Result<Vec<Scene>, _> = some(times).map(|time| clip.at(*time)).collect();
+            let scenes = scenes.map_err(|e| caches::scene_failure(&e))?;
+            told.read_time += start.elapsed();
+            builder.survey(scenes, trees).map_err(|e| failure(&e))?;
+        }
         bar.phase("frames of", times.len() as u64);
         for (i, time) in times.iter().enumerate() {
             let start = Instant::now();

@@ -11,7 +11,7 @@ use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
 use crate::scene::Seconds;
-use crate::sequence::{Refit, RefitPolicy};
+use crate::sequence::{Refit, RefitPolicy, Trees};
 use clap::{Args, ValueEnum};
 use folder::Folder;
 pub use folder::runs;
@@ -40,6 +40,10 @@ pub struct FrameArgs {
     /// Whether the trees of a sequence are refitted to what moved
     #[arg(long, value_name = "MODE", value_parser = choice::<Refit>(), default_value = "auto")]
     pub refit: Refit,
+    /// How many trees a mesh of a sequence may have for all its frames, each of which takes the best: 1 to 8, or auto, which is
+    /// up to 3 where more pay; `first` builds the tree for the frame that shows the mesh first, which reads no frame twice
+    #[arg(long, value_name = "N|auto|first", value_parser = tree_choice, default_value = "auto")]
+    pub trees: TreeChoice,
     /// Build a tree of a sequence anew where refitting has raised its SAH cost to so many times what it was
     #[arg(long, value_name = "RATIO", value_parser = ratio, default_value_t = RefitPolicy::REBUILD_RATIO)]
     pub rebuild_ratio: f32,
@@ -70,6 +74,32 @@ impl Named for Refit {
 
     fn names() -> Vec<(Self, &'static str)> {
         vec![(Refit::Auto, "auto"), (Refit::Never, "never"), (Refit::Always, "always")]
+    }
+}
+
+/// Whether trees are made for all frames together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TreeChoice {
+    First,
+    Surveyed(Trees),
+}
+
+impl std::fmt::Display for TreeChoice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            TreeChoice::Surveyed(Trees::AtMost(most)) => most.fmt(f),
+            TreeChoice::Surveyed(_) => f.write_str("auto"),
+            TreeChoice::First => f.write_str("first"),
+        }
+    }
+}
+
+fn tree_choice(text: &str) -> Result<TreeChoice, String> {
+    match (text, text.parse()) {
+        ("first", _) => Ok(TreeChoice::First),
+        ("auto", _) => Ok(TreeChoice::Surveyed(Trees::Auto)),
+        (_, Ok(most @ 1..=8)) => Ok(TreeChoice::Surveyed(Trees::AtMost(most))),
+        _ => Err("choose 1 to 8, auto or first".to_string()),
     }
 }
 

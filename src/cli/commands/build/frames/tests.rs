@@ -15,6 +15,7 @@ fn args(frames: Option<&str>, missing: Missing) -> FrameArgs {
         fps: None,
         play: None,
         refit: Refit::Auto,
+        trees: TreeChoice::First,
         rebuild_ratio: RefitPolicy::REBUILD_RATIO,
         literal: false,
     }

@@ -1,0 +1,65 @@
+use super::shape::{Shape, geometry_hash, topology_hash};
+use crate::build::motion::{Motion, Trees, keyed};
+use crate::build::{BuildError, BuildOptions, Progress};
+use crate::exec::Executor;
+use crate::geom::Point;
+use crate::scene::Mesh;
+use crate::tree::quality;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// How the meshes of an animation stand in some of its frames.
+#[derive(Default)]
+pub struct Survey {
+    /// By what the poses share.
+    meshes: BTreeMap<[u8; 32], Poses>,
+}
+
+#[derive(Default)]
+struct Poses {
+    triangles: Vec<[u32; 3]>,
+    positions: Vec<Vec<Point>>,
+    seen: BTreeSet<[u8; 32]>,
+}
+
+impl Survey {
+    /// Take the meshes of a frame.
+    pub fn add(&mut self, meshes: Vec<Mesh>) {
+        for mesh in meshes {
+            let poses = self.meshes.entry(topology_hash(&mesh)).or_default();
+            if poses.seen.insert(geometry_hash(&mesh)) {
+                poses.triangles = mesh.triangles;
+                poses.positions.push(mesh.positions);
+            }
+        }
+    }
+
+    /// Trees for those that stand in several ways, and how many each has.
+    ///
+    /// # Errors
+    /// Where a tree would be too large, or `progress` cancels.
+    pub fn shapes(
+        self,
+        trees: Trees,
+        options: &BuildOptions,
+        exec: &Executor,
+        progress: &dyn Progress,
+    ) -> Result<Vec<([u8; 32], Shape, u64)>, BuildError> {
+        let moving = self.meshes.into_iter().filter(|(_, poses)| poses.positions.len() > 1);
+        let shape = |(topology, poses): ([u8; 32], Poses)| {
+            let mut motion = Motion::new(&poses.triangles);
+            // What cannot be indexed or is no number was refused when it was laid out.
+            poses.positions.iter().for_each(|positions| _ = motion.push(positions));
+            let keyed = keyed(&motion, trees, options, exec, progress)?;
+            let mut largest = vec![0.0f32; keyed.trees.len()];
+            for (frame, tree) in keyed.serves.iter().enumerate() {
+                let mut nodes = keyed.trees[*tree].nodes.clone();
+                let refs = &keyed.trees[*tree].refs;
+                crate::tree::refit(&mut nodes, |slot| motion.corners(frame, refs[slot] as usize));
+                largest[*tree] = largest[*tree].max(quality::sah(&nodes));
+            }
+            let count = keyed.trees.len() as u64;
+            Ok((topology, Shape::surveyed(keyed.trees.into_iter().zip(largest)), count))
+        };
+        moving.map(shape).collect()
+    }
+}
