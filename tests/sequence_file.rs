@@ -48,8 +48,7 @@ fn build(frames: Vec<Scene>, policy: RefitPolicy, codec: Codec) -> File {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sequence.bvhc");
     let exec = Executor::sequential();
-    let mut builder =
-        SequenceBuilder::new(&path, &BuildOptions::default(), policy, codec, &exec, &NoProgress).unwrap();
+    let mut builder = SequenceBuilder::new(&path, &BuildOptions::default(), policy, codec, &exec, &NoProgress).unwrap();
     let label = |i: usize| FrameLabel { number: 10 + i as i32, time: Some(i as f32 / 24.0), held: false };
     let outcomes = frames.into_iter().enumerate().map(|(i, scene)| builder.add(scene, label(i)).unwrap()).collect();
     builder.finish(&meta()).unwrap();
@@ -169,7 +168,12 @@ fn a_sequence_is_no_still_file_and_a_still_file_no_sequence() {
     let error = Cache::open(&file.path).unwrap_err();
     assert!(matches!(error, CacheError::Sequence { frames: 2, .. }), "{error}");
     let still = file.path.with_file_name("still.bvhc");
-    bvhc::Build::new(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]]).unwrap().run().unwrap().write(&still).unwrap();
+    bvhc::Build::new(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]])
+        .unwrap()
+        .run()
+        .unwrap()
+        .write(&still)
+        .unwrap();
     assert!(matches!(Sequence::open(&still).unwrap_err(), CacheError::Still { .. }));
     assert!(Sequence::open(&file.path).unwrap().frame(2).is_err());
 }
