@@ -9,7 +9,8 @@ use std::error::Error;
 use std::fmt::Write;
 
 use bvhc::cache::{
-    Cache, Header, Image, Meta, OpenOptions, SectionEntry, SectionKind, Validation, WriteOptions, to_bytes,
+    Cache, CacheError, Header, Image, Meta, OpenOptions, SectionEntry, SectionKind, Sequence, Validation, WriteOptions,
+    to_bytes,
 };
 use bvhc::exec::Executor;
 use bvhc::geom::Aabb;
@@ -48,15 +49,22 @@ pub fn one_triangle() -> Result<Vec<u8>, Box<dyn Error>> {
 }
 
 pub fn annotate(bytes: &[u8]) -> Result<String, Box<dyn Error>> {
-    let cache = Cache::from_bytes(bytes, &OpenOptions { validation: Validation::Hash, ..OpenOptions::default() })?;
+    let options = OpenOptions { validation: Validation::Hash, ..OpenOptions::default() };
+    let sections = match Cache::from_bytes(bytes, &options) {
+        Err(CacheError::Sequence { .. }) => Sequence::from_slice(bytes, &options)?.sections().to_vec(),
+        opened => opened?.sections().to_vec(),
+    };
     let mut out = String::new();
     lines(&mut out, bytes, 0, &HEADER);
-    for i in 0..cache.sections().len() {
+    for i in 0..sections.len() {
         writeln!(out, "-- entry {i}")?;
         lines(&mut out, bytes, Header::LEN + i * SectionEntry::LEN, &ENTRY);
     }
-    for entry in cache.sections() {
-        writeln!(out, "-- {}", entry.kind)?;
+    for entry in &sections {
+        match entry.ordinal {
+            0 => writeln!(out, "-- {}", entry.kind)?,
+            number => writeln!(out, "-- {} {number}", entry.kind)?,
+        }
         let fields: &[Field] = match entry.kind {
             SectionKind::NODE | SectionKind::TNOD => &NODE,
             SectionKind::TRIS => &TRIS,
@@ -65,6 +73,11 @@ pub fn annotate(bytes: &[u8]) -> Result<String, Box<dyn Error>> {
             SectionKind::INST => &INST,
             SectionKind::VERT => &VERT,
             SectionKind::SIDE => &SIDE,
+            SectionKind::TOPO => &TOPO,
+            SectionKind::TRIX => &TRIX,
+            SectionKind::POSE => &POSE,
+            SectionKind::VPOS => &VPOS,
+            SectionKind::FRAM => &FRAM,
             _ => &[],
         };
         let (start, end) = (entry.offset as usize, (entry.offset + entry.stored_len) as usize);
@@ -143,6 +156,30 @@ const HEADER: [Field; 27] = [
 ];
 const VERT: [Field; 3] = [(4, "v0"), (4, "v1"), (4, "v2")];
 const SIDE: [Field; 1] = [(4, "flags")];
+const TOPO: [Field; 8] = [
+    (8, "ref_offset"),
+    (4, "ref_count"),
+    (4, "node_count"),
+    (4, "vertex_count"),
+    (4, "prim_count"),
+    (4, "max_depth"),
+    (4, "flags"),
+    (32, "reserved"),
+];
+const TRIX: [Field; 4] = [(12, "corners"), (4, "prim"), (4, "geom"), (4, "flags")];
+const POSE: [Field; 9] = [
+    (12, "min"),
+    (4, "topology"),
+    (12, "max"),
+    (4, "block"),
+    (8, "node_offset"),
+    (8, "vertex_offset"),
+    (4, "sah"),
+    (4, "flags"),
+    (8, "reserved"),
+];
+const VPOS: [Field; 1] = [(12, "position")];
+const FRAM: [Field; 5] = [(4, "number"), (4, "placement"), (4, "time"), (4, "flags"), (16, "reserved")];
 const ENTRY: [Field; 14] = [
     (4, "type"),
     (4, "ordinal"),

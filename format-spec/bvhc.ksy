@@ -6,7 +6,7 @@ meta:
   ks-version: 0.11
   endian: le
 doc: |
-  The .bvhc file, version 1.1, as a Kaitai Struct description. SPEC.md beside this file is the law; this description covers the
+  The .bvhc file, version 1.2, as a Kaitai Struct description. SPEC.md beside this file is the law; this description covers the
   container (header, section table), every record type, META, NAMS and MATS, and the frame lists of compressed sections, whose
   frames it hands out undecoded. It checks the magic and the few sizes that it needs itself, not the other rules.
 doc-ref: format-spec/SPEC.md
@@ -39,6 +39,11 @@ enums:
     0x534d414e: names  # NAMS
     0x5354414d: materials  # MATS
     0x4154454d: meta  # META
+    0x4f504f54: topologies  # TOPO
+    0x58495254: indexed_triangles  # TRIX
+    0x45534f50: poses  # POSE
+    0x534f5056: positions  # VPOS
+    0x4d415246: frames  # FRAM
   codec:
     0: raw
     1: zstd
@@ -54,6 +59,11 @@ enums:
     8: meta
     9: vertices
     10: sides
+    11: topologies
+    12: indexed_triangles
+    13: poses
+    14: positions
+    15: frames
 
 types:
   header:
@@ -180,6 +190,11 @@ types:
           kind == kind::instances ? layout::instances :
           kind == kind::vertices ? layout::vertices :
           kind == kind::sides ? layout::sides :
+          kind == kind::topologies ? layout::topologies :
+          kind == kind::indexed_triangles ? layout::indexed_triangles :
+          kind == kind::poses ? layout::poses :
+          kind == kind::positions ? layout::positions :
+          kind == kind::frames ? layout::frames :
           kind == kind::names or kind == kind::materials ? layout::names :
           kind == kind::meta ? layout::meta : layout::unknown
       body:
@@ -197,6 +212,11 @@ types:
             layout::instances: instance_table(elem_count)
             layout::vertices: vertices(elem_count)
             layout::sides: sides(elem_count)
+            layout::topologies: topologies(elem_count)
+            layout::indexed_triangles: indexed_triangles(elem_count)
+            layout::poses: poses(elem_count)
+            layout::positions: positions(elem_count)
+            layout::frames: frames(elem_count)
             layout::names: names
             layout::meta: provenance
 
@@ -279,6 +299,52 @@ types:
     seq:
       - id: rows
         type: side
+        repeat: expr
+        repeat-expr: num
+
+  topologies:
+    params:
+      - id: num
+        type: u8
+    seq:
+      - id: rows
+        type: topology
+        repeat: expr
+        repeat-expr: num
+  indexed_triangles:
+    params:
+      - id: num
+        type: u8
+    seq:
+      - id: rows
+        type: indexed_triangle
+        repeat: expr
+        repeat-expr: num
+  poses:
+    params:
+      - id: num
+        type: u8
+    seq:
+      - id: rows
+        type: pose
+        repeat: expr
+        repeat-expr: num
+  positions:
+    params:
+      - id: num
+        type: u8
+    seq:
+      - id: rows
+        type: point
+        repeat: expr
+        repeat-expr: num
+  frames:
+    params:
+      - id: num
+        type: u8
+    seq:
+      - id: rows
+        type: frame
         repeat: expr
         repeat-expr: num
 
@@ -398,6 +464,84 @@ types:
     instances:
       is_mirrored:
         value: (flags & 1) != 0
+
+  topology:
+    doc: What the poses of a tree share.
+    seq:
+      - id: ref_offset
+        type: u8
+      - id: ref_count
+        type: u4
+      - id: node_count
+        type: u4
+      - id: vertex_count
+        type: u4
+      - id: prim_count
+        type: u4
+      - id: max_depth
+        type: u4
+      - id: flags
+        type: u4
+      - id: reserved
+        size: 32
+  indexed_triangle:
+    doc: A triangle whose corners are vertices of a pose.
+    seq:
+      - id: corners
+        type: u4
+        repeat: expr
+        repeat-expr: 3
+      - id: prim
+        type: u4
+      - id: geom
+        type: u4
+      - id: flags
+        type: u4
+    instances:
+      is_duplicated:
+        value: (flags & 1) != 0
+  pose:
+    doc: A topology at one moment; its records are in the sections NODE and VPOS with the number `block`.
+    seq:
+      - id: min
+        type: point
+      - id: topology
+        type: u4
+      - id: max
+        type: point
+      - id: block
+        type: u4
+      - id: node_offset
+        type: u8
+      - id: vertex_offset
+        type: u8
+      - id: sah
+        type: f4
+      - id: flags
+        type: u4
+      - id: reserved
+        size: 8
+    instances:
+      is_key:
+        value: (flags & 1) != 0
+  frame:
+    doc: What the sections TNOD and INST with the number `placement` show.
+    seq:
+      - id: number
+        type: s4
+      - id: placement
+        type: u4
+      - id: time
+        type: f4
+      - id: flags
+        type: u4
+      - id: reserved
+        size: 16
+    instances:
+      is_timed:
+        value: (flags & 1) != 0
+      is_held:
+        value: (flags & 2) != 0
 
   point:
     seq:

@@ -5,11 +5,13 @@ mod common;
 use std::collections::BTreeMap;
 
 use bvhc::cache::check::{Level, Limits, Source, check_bytes};
-use bvhc::cache::{Cache, OpenOptions, SectionEntry, SectionKind, rules, tree_flags};
+use bvhc::cache::{
+    Cache, CacheError, OpenOptions, SectionEntry, SectionKind, Sequence, Validation, View, rules, tree_flags,
+};
 use bvhc::exec::Executor;
-use bvhc::geom::Ray;
+use bvhc::geom::{Aabb, Ray};
 use bvhc::trace::{NoObserver, try_any_hit, try_closest_hit};
-use common::vectors::{bytes as vectors_bytes, invalid, scenes, valid};
+use common::vectors::{bytes as vectors_bytes, invalid, scenes, sequences, valid};
 
 fn lines(report: &bvhc::cache::check::Report) -> String {
     report.findings.iter().map(|f| format!("\n  {f}")).collect()
@@ -199,6 +201,32 @@ fn a_source_is_compared_with_what_could_be_read_alone() {
     assert!(left_out.iter().any(|why| why.contains("GEOM")), "{left_out:?}");
 }
 
+/// What a frame shows does not follow from the file's length, so it is held against the limit before it is put together.
+#[test]
+fn a_frame_that_outgrows_the_limit_is_refused() {
+    let bytes = sequences::crowd(200).file();
+    let report = check_bytes(&bytes, Level::Tree, None, &Limits::default(), &Executor::current());
+    assert!(report.is_clean(), "{}", lines(&report));
+    assert!(bytes.len() < 80_000, "{}", bytes.len());
+    let frame = |max_memory: u64| {
+        let sequence = Sequence::from_slice(&bytes, &OpenOptions { max_memory, ..OpenOptions::default() }).unwrap();
+        sequence.frame(0).map(|frame| frame.view().triangles.len())
+    };
+    assert!(matches!(frame(2 << 20), Err(CacheError::Limit { .. })));
+    assert_eq!(frame(4 << 20).unwrap(), 200 * 255);
+}
+
+/// Which of two zeros a union of boxes has is left to the machine.
+#[test]
+fn zeros_of_the_scene_s_bounds_have_no_sign() {
+    let bytes = vectors_bytes::with_header(sequences::empty_frame().file(), |h| {
+        assert_eq!(h.scene_min[2].to_bits(), 0);
+        h.scene_min[2] = -0.0;
+    });
+    let report = check_bytes(&bytes, Level::Tree, None, &Limits::default(), &Executor::current());
+    assert!(report.is_clean(), "{}", lines(&report));
+}
+
 /// The rows of BLAS are asked before sections are decoded and again with the records: one breach is counted once.
 #[test]
 fn contradictions_of_rows_are_counted_once() {
@@ -289,11 +317,25 @@ fn long_damaged_and_repaired_files_never_panic() {
 /// Sixty-four rays through a file that the check calls valid.
 fn trace_some(bytes: &[u8], dice: &mut Dice, round: usize) {
     let options = OpenOptions { max_memory: 64 << 20, ..OpenOptions::default() };
+    let bounds = vectors_bytes::header(bytes).scene_bounds();
+    if vectors_bytes::header(bytes).has(tree_flags::SEQUENCE) {
+        let options = OpenOptions { validation: Validation::Tree, ..options };
+        let sequence = Sequence::from_slice(bytes, &options);
+        let sequence = sequence.unwrap_or_else(|e| panic!("round {round}: the check says valid, the reader: {e}"));
+        for number in 0..sequence.frame_count() {
+            let frame = sequence.frame(number);
+            let frame = frame.unwrap_or_else(|e| panic!("round {round}: the check says valid, the reader: {e}"));
+            trace_view(&frame.view(), bounds, 64 / sequence.frame_count().min(64), dice, round);
+        }
+        return;
+    }
     let cache = Cache::from_bytes(bytes, &options);
     let cache = cache.unwrap_or_else(|e| panic!("round {round}: the check says valid, the reader: {e}"));
-    let view = cache.view();
-    let bounds = cache.header().scene_bounds();
-    for _ in 0..64 {
+    trace_view(&cache.view(), bounds, 64, dice, round);
+}
+
+fn trace_view(view: &View<'_>, bounds: Aabb, rays: usize, dice: &mut Dice, round: usize) {
+    for _ in 0..rays {
         // From anywhere in the scene's box to anywhere else in it.
         let mut point = || {
             [0, 1, 2].map(|a| {
@@ -303,8 +345,8 @@ fn trace_some(bytes: &[u8], dice: &mut Dice, round: usize) {
         };
         let (from, to) = (point(), point());
         let ray = Ray::new(from, [0, 1, 2].map(|a| to[a] - from[a]));
-        let closest = try_closest_hit(&view, &ray, &mut NoObserver);
+        let closest = try_closest_hit(view, &ray, &mut NoObserver);
         assert!(closest.is_ok(), "round {round}: the check says valid, the traversal: {closest:?}");
-        assert!(try_any_hit(&view, &ray, &mut NoObserver).is_ok(), "round {round}");
+        assert!(try_any_hit(view, &ray, &mut NoObserver).is_ok(), "round {round}");
     }
 }

@@ -30,6 +30,11 @@ fn read(obj: &str) -> Scene {
     scene::read_bytes(obj.as_bytes().to_vec(), "frame.obj", Some(Format::Obj), None, &options).unwrap()
 }
 
+fn read_faces(obj: &str) -> Scene {
+    let options = ReadOptions { degenerate: Degenerate::Keep, faces: true, ..ReadOptions::default() };
+    scene::read_bytes(obj.as_bytes().to_vec(), "frame.obj", Some(Format::Obj), None, &options).unwrap()
+}
+
 fn meta() -> Meta {
     cache::provenance(
         Recipe { method: "sbvh".into(), builder_revision: 1, options: Vec::new() },
@@ -131,6 +136,18 @@ fn a_mesh_that_tumbles_into_another_shape_is_built_anew_and_the_old_tree_serves_
     let always = build(frames(), RefitPolicy { refit: Refit::Always, ..RefitPolicy::default() }, Codec::Raw);
     assert_eq!(always.outcomes.iter().map(|o| o.built).sum::<u64>(), 1);
     hits_are_those_of_still_builds(&always.path, |i| frames().swap_remove(i));
+}
+
+/// A quad that turns concave is cut along its other diagonal when it is read alone.
+#[test]
+fn quads_stay_cut_as_in_the_first_frame() {
+    let quad = |x: f32| read_faces(&format!("v 0 0 0\nv 2 0 0\nv {x} 0 {x}\nv 0 0 2\nf 1 2 3 4\n"));
+    let (convex, concave) = (quad(2.0), quad(0.5));
+    assert_ne!(convex.meshes[0].triangles, concave.meshes[0].triangles, "the readers cuts them otherwise");
+    assert_eq!(convex.meshes[0].faces, concave.meshes[0].faces);
+    let file = build(vec![convex, concave], RefitPolicy { refit: Refit::Always, ..RefitPolicy::default() }, Codec::Raw);
+    check_clean(&file.path);
+    assert_eq!(Sequence::open(&file.path).unwrap().topologies().len(), 1, "{:?}", file.outcomes);
 }
 
 #[test]

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Plain reference reader of the .bvhc file, version 1.1. SPEC.md is the law; numbers in brackets are its sections.
+"""Plain reference reader of the .bvhc file, version 1.2. SPEC.md is the law; numbers in brackets are its sections.
 
     bvhc_reader.py FILE                           check the file, print what `bvhc info --json FILE` prints
     bvhc_reader.py FILE --ray ox,oy,oz,dx,dy,dz   check the file, trace the ray, print the closest hit (repeatable)
     bvhc_reader.py FILE --rays LIST               the same for each line of a text file
+    bvhc_reader.py FILE --frame N --ray ...       the same in the frame of a sequence that has the number N
 
 Needs numpy; `blake3` to check the hashes and `zstandard` to read compressed sections. Slow and obvious on purpose, and
 it shares no code with the tool. Exit status: 0 fine, 1 the file is invalid, 2 usage, 3 cannot be read, 5 unsupported.
@@ -27,7 +28,8 @@ try:
 except ImportError:
     zstandard = None
 
-MINOR = 1  # that this reader knows
+MINOR = 2  # that this reader knows
+SEQUENCE_FEATURE = 1  # of features_required
 MAGIC = b"\x89BVH\r\n\x1a\n"
 BLOCK = 1 << 20  # decoded bytes of one zstd frame [8]
 MAX_DECODED = 8 << 30
@@ -60,12 +62,22 @@ RECORDS = {  # [5]: type -> (flags, record)
     "TNOD": (5, NODE),
     "INST": (5, np.dtype([("object_to_world", "<f4", 12), ("world_to_object", "<f4", 12), ("blas", U4), ("id", U4),
                           ("mask", U4), ("flags", U4), ("node", U4), ("reserved", "V12")])),
+    "TOPO": (5, np.dtype([("ref_offset", U8), ("ref_count", U4), ("node_count", U4), ("vertex_count", U4), ("prim_count", U4),
+                          ("max_depth", U4), ("flags", U4), ("reserved", "V32")])),
+    "TRIX": (5, np.dtype([("corners", U4, 3), ("prim", U4), ("geom", U4), ("flags", U4)])),
+    "POSE": (5, np.dtype([("min", *V3), ("topology", U4), ("max", *V3), ("block", U4), ("node_offset", U8),
+                          ("vertex_offset", U8), ("sah", "<f4"), ("flags", U4), ("reserved", "V8")])),
+    "VPOS": (5, np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4")])),
+    "FRAM": (5, np.dtype([("number", "<i4"), ("placement", U4), ("time", "<f4"), ("flags", U4), ("reserved", "V16")])),
     "VERT": (6, np.dtype([("v0", U4), ("v1", U4), ("v2", U4)])),
     "SIDE": (6, np.dtype([("flags", U4)])),
     "NAMS": (2, None),
     "MATS": (6, None),
     "META": (2, None),
 }
+NUMBERED = {"NODE", "VPOS", "TNOD", "INST"}  # of which a sequence has several [5.6]
+STILL, IN_SEQUENCES = {"TRIS", "BLAS"}, {"TOPO", "TRIX", "POSE", "VPOS", "FRAM"}
+KEY, TIMED, HELD = 1, 1, 2
 
 
 class Invalid(Exception):
@@ -90,161 +102,33 @@ def plain(row):
     return {f: row[f].item() if row[f].ndim == 0 else row[f] for f in row.dtype.names}
 
 
-class File:
-    """A file whose container [2-4], hashes [9], records [5] and trees [5.1] were checked."""
+class Trees:
+    """What rays are traced in: the records of a still file, or those that a pose, a placement or a frame is made of [5.6].
 
-    def __init__(self, data):
-        self.data = data
-        self.read_header()
-        self.read_table()
-        self.check_hashes()
-        self.bodies = [None] * len(self.table)
-        for i, entry in sorted(enumerate(self.table), key=lambda entry: entry[1]["type"] != b"BLAS"):
-            self.bodies[i] = self.decode(entry)
-            if entry["type"] == b"BLAS" and self.bodies[i] is not None:
-                self.check_counts(self.bodies[i])  # before anything large is decoded [11]
-        self.read_records()
-        self.check_names()
-        self.check_origins()
-        self.check_meta()
-        self.depths = [self.check_tree(*self.tree(b), "BLAS %d" % i) for i, b in enumerate(self.blas)]
+    `node`, `tris`, `geom`, `blas`, `tnod` and `inst` are arrays of records. `called` is what messages call a tree.
+    """
+
+    called = "BLAS"
+
+    def __init__(self, node, tris, geom, blas, tnod=None, inst=None, called="BLAS"):
+        self.node, self.tris, self.geom, self.blas, self.called = node, tris, geom, blas, called
+        self.two_level = tnod is not None
+        self.tnod, self.inst = (np.zeros(0, NODE), np.zeros(0, RECORDS["INST"][1])) if tnod is None else (tnod, inst)
+
+    def check_trees(self):
+        """Records [5.2-5.4] and trees [5.1]; the deepest leaf's depth of each."""
+        self.check_records()
+        self.depths = [self.check_tree(*self.tree(b), "%s %d" % (self.called, i)) for i, b in enumerate(self.blas)]
         self.check_blases()
-        if self.two_level:
-            self.depths.append(self.check_tree(self.tnod, len(self.inst), "TLAS"))
-            self.check_instances()
-        require(self.header["max_depth"] == max(self.depths, default=0), "header.max_depth is not that of the trees")
-        self.check_scene_bounds()
+        return self.depths
 
-    def read_header(self):
-        require(self.data[:8] == MAGIC, "the magic bytes are missing: not a .bvhc file")
-        require(len(self.data) >= 256, "the file is shorter than a header")
-        h = self.header = plain(np.frombuffer(self.data, HEADER, 1)[0])
-        if h["major"] != 1 or h["min_minor"] > min(h["minor"], MINOR):
-            raise Unsupported("format %d.%d, readable from minor %d" % (h["major"], h["minor"], h["min_minor"]))
-        if h["features_required"] != 0:
-            raise Unsupported("required features 0x%x" % h["features_required"])
-        require(h["header_len"] >= 256 and h["header_len"] % 64 == 0, "header_len")
-        require(h["minor"] > MINOR or h["header_len"] == 256, "header_len is not 256 in version 1.%d" % MINOR)
-        require(h["file_len"] == len(self.data) and len(self.data) % 64 == 0, "file_len is not the length of the file")
-        require(4 <= h["section_count"] <= 65536 and h["section_entry_len"] == 128, "section_count or section_entry_len")
-        require(h["section_table_off"] == h["header_len"], "section_table_off is not header_len")
-        require(h["reserved"] == bytes(32) and h["frame_count"] == 0, "reserved bytes or frame_count are not zero")
-        flags = self.flags = h["tree_flags"]
-        require(flags & ~31 == 0 and not flags & SEQUENCE and flags & CANONICAL_DFS, "tree_flags")
-        require(bool(flags & REFITTABLE) != bool(flags & DUP_REFS), "exactly one of REFITTABLE and DUP_REFS must be set")
-        self.two_level = bool(flags & TWO_LEVEL)
+    def check_top(self):
+        """The top level [5.5]; the depth of its deepest leaf."""
+        depth = self.check_tree(self.tnod, len(self.inst), "TLAS")
+        self.check_instances()
+        return depth
 
-    def read_table(self):
-        start, count = self.header["header_len"], self.header["section_count"]
-        end = start + 128 * count
-        require(end <= len(self.data), "the section table ends behind the file")
-        self.table, seen = [plain(e) for e in np.frombuffer(self.data, ENTRY, count, start)], set()
-        for e in self.table:
-            name, offset, stored, raw = e["type"], e["offset"], e["stored_len"], e["raw_len"]
-            require((name, e["ordinal"]) not in seen, "two sections of one type and ordinal")
-            seen.add((name, e["ordinal"]))
-            require(6 <= e["align_log2"] <= 16 and offset % (1 << e["align_log2"]) == 0, "alignment of %r" % name)
-            require(offset >= end and offset - end < 1 << e["align_log2"], "%r overlaps or leaves a gap" % name)
-            require(not any(self.data[end:offset]), "bytes before %r are not zero" % name)
-            end = offset + stored
-            require(end <= len(self.data), "%r ends behind the file" % name)
-            require(e["flags"] & ~7 == 0 and e["reserved"] == bytes(12), "flags or reserved bytes of %r" % name)
-            size, elements = e["elem_size"], e["elem_count"]
-            require(size == 0 or size * elements == raw, "elem_size and elem_count of %r" % name)
-            require(e["codec"] != 0 or (raw == stored and e["raw_hash"] == e["stored_hash"]), "lengths of raw %r" % name)
-            flags, record = RECORDS.get(name.decode("latin-1"), (None, None))
-            if flags is None or e["ordinal"] != 0 or e["schema"] != 1 or e["codec"] > 1:
-                if e["flags"] & CRITICAL:
-                    raise Unsupported("critical section %r, schema %d, codec %d" % (name, e["schema"], e["codec"]))
-                continue
-            require(e["flags"] == flags, "flags of %r" % name)
-            require(size == (record.itemsize if record else 0), "elem_size of %r" % name)
-            require(name != b"META" or (raw <= 1 << 20 and elements == 0), "META exceeds 1 MiB or has records")
-        require(len(self.data) - end < 64 and not any(self.data[end:]), "bytes behind the last section")
-        require(sum(e["raw_len"] for e in self.table) <= MAX_DECODED, "sections exceed 8 GiB decoded")
-
-    def check_hashes(self):
-        if blake3 is None:
-            print("hashes not checked: install the Python package blake3", file=sys.stderr)
-            return
-        for e in self.table:
-            stored = self.data[e["offset"]:e["offset"] + e["stored_len"]]
-            require(digest(stored) == e["stored_hash"], "stored_hash of %r" % e["type"])
-        head, table = self.header["header_len"], 128 * len(self.table)
-        blanked = self.data[:64] + bytes(32) + self.data[96:head + table]
-        require(digest(blanked, "bvhc v1 file id") == self.header["file_id"], "file_id")
-        content = b"".join(
-            struct.pack("<4sIHxxIQ32s", *(e[f] for f in ("type", "ordinal", "schema", "elem_size", "raw_len", "raw_hash")))
-            for e in sorted(self.table, key=lambda e: (e["type"], e["ordinal"])) if e["flags"] & CONTENT)
-        require(digest(content, "bvhc v1 content id") == self.header["content_id"], "content_id")
-
-    def decode(self, e):
-        """The decoded bytes of a section [8], or None for one that this reader skips."""
-        stored = self.data[e["offset"]:e["offset"] + e["stored_len"]]
-        if not understood(e):
-            return None
-        if e["codec"] == 0:
-            return stored
-        if zstandard is None:
-            raise Unsupported("a compressed section: install the Python package zstandard")
-        raw_len, out = e["raw_len"], []
-        blocks = -(-raw_len // BLOCK)
-        require(len(stored) >= 8 + 4 * blocks, "a compressed section is shorter than its frame list")
-        count, zero = struct.unpack_from("<II", stored)
-        require((count, zero) == (blocks, 0), "frame_count of a compressed section")
-        position = 8 + 4 * blocks
-        for i, length in enumerate(struct.unpack_from("<%dI" % blocks, stored, 8)):
-            frame, position = stored[position:position + length], position + length
-            want = min(BLOCK, raw_len - i * BLOCK)
-            try:
-                facts = zstandard.get_frame_parameters(frame)
-                fits = facts.content_size == want and facts.window_size <= BLOCK and facts.dict_id == 0
-                block = zstandard.ZstdDecompressor().decompress(frame, want, allow_extra_data=False) if fits else b""
-            except zstandard.ZstdError as error:
-                raise Invalid("a zstd frame: %s" % error)
-            require(fits and len(block) == want, "a zstd frame's content size, window or dictionary")
-            out.append(block)
-        require(position == len(stored), "bytes behind the zstd frames")
-        raw = b"".join(out)
-        require(blake3 is None or digest(raw) == e["raw_hash"], "raw_hash of %r" % e["type"])
-        return raw
-
-    def check_counts(self, rows):
-        """What header, table and the rows of BLAS say of each other [5.4, 11]."""
-        records = {e["type"].decode(): e["elem_count"] for e in self.table if understood(e)}
-        for field, name in [("ref_count", "TRIS"), ("blas_count", "BLAS"), ("instance_count", "INST")]:
-            require(self.header[field] == records.get(name, 0), "header.%s is not the number of records of %s" % (field, name))
-        node_at = ref_at = 0
-        for b in map(plain, np.frombuffer(rows, RECORDS["BLAS"][1])):
-            require((b["node_offset"], b["ref_offset"]) == (node_at, ref_at), "BLAS rows do not tile NODE and TRIS")
-            require(b["ref_count"] <= 255 * (b["node_count"] // 2), "a tree has more references than its leaves can hold")
-            node_at, ref_at = node_at + b["node_count"], ref_at + b["ref_count"]
-        ends = (records.get("NODE", 0), records.get("TRIS", 0))
-        require((node_at, ref_at) == ends, "BLAS rows do not end with NODE and TRIS")
-
-    def body(self, name):
-        found = [b for e, b in zip(self.table, self.bodies) if e["type"] == name.encode() and understood(e)]
-        return found[0] if found else None
-
-    def read_records(self):
-        def rows(name, wanted=True):
-            body = self.body(name)
-            require((body is not None) == wanted, "%s is %s" % (name, "missing" if wanted else "not allowed in a one-level file"))
-            return np.frombuffer(body or b"", RECORDS[name][1])
-
-        self.node, self.tris, self.geom, self.blas = (rows(n) for n in ("NODE", "TRIS", "GEOM", "BLAS"))
-        self.tnod, self.inst = (rows(n, self.two_level) for n in ("TNOD", "INST"))
-        h, live = self.header, lambda n: max(int(n) - 1, 0)
-        counts = {
-            "prim_count": int(self.blas["prim_count"].sum(dtype=np.uint64)), "ref_count": len(self.tris),
-            "node_count": sum(map(live, self.blas["node_count"])) + live(len(self.tnod)), "blas_count": len(self.blas),
-            "instance_count": len(self.inst),
-        }
-        for field, count in counts.items():
-            require(h[field] == count, "header.%s is %d, the sections say %d" % (field, h[field], count))
-        require(self.two_level or len(self.blas) <= 1, "several BLASes in a one-level file")
-        duplicates = any(self.blas["flags"] == DUP_REFS)
-        require(duplicates == bool(self.flags & DUP_REFS), "DUP_REFS of the header and of the BLASes")
+    def check_records(self):
         require(all(np.isfinite(self.tris[v]).all() for v in ("v0", "v1", "v2")), "a triangle's corner is not finite")
         require((self.tris["flags"] <= 1).all() and (self.tris["geom"] < len(self.geom)).all(), "flags or geom of TRIS")
         first, prims = (self.geom[f].astype(np.uint64) for f in ("first_prim", "prim_count"))
@@ -290,7 +174,7 @@ class File:
 
     def check_blases(self):
         for i, (b, depth) in enumerate(zip(self.blas, self.depths)):
-            nodes, name = self.tree(b)[0], "BLAS %d" % i
+            nodes, name = self.tree(b)[0], "%s %d" % (self.called, i)
             root = (nodes["min"][0], nodes["max"][0]) if len(nodes) else (np.zeros(3), np.zeros(3))
             require((b["min"] == root[0]).all() and (b["max"] == root[1]).all(), "%s: box is not the root's" % name)
             require(b["max_depth"] == depth and np.isfinite(b["sah"]) and b["sah"] >= 0, "%s: max_depth or sah" % name)
@@ -361,10 +245,321 @@ class File:
                 slack = (np.abs(ends).max(axis=0).sum(axis=1) + np.abs(a[:, 3])) * 2.0**-50
                 require((box["min"] <= low - slack).all() and (box["max"] >= high + slack).all(), "an instance leaves its leaf's box")
 
-    def check_scene_bounds(self):
-        root = self.tnod if self.two_level else self.node
-        low, high = (root["min"][0], root["max"][0]) if len(root) else (np.zeros(3), np.zeros(3))
+    def check_vertices(self, vertices):
+        """VERT [10.3.1], a record for each of `tris`."""
+        corners = (np.stack([self.tris[v] for v in ("v0", "v1", "v2")], axis=1) + np.float32(0)).view("<u4").reshape(-1, 3)
+        # A vertex of a part stands in one place: equal pairs of part and vertex lie next to each other, with equal positions.
+        keys = np.repeat(self.tris["geom"].astype(np.uint64), 3) << np.uint64(32) | vertices.reshape(-1)
+        order = np.argsort(keys, kind="stable")
+        same = keys[order][1:] == keys[order][:-1]
+        require((corners[order][1:] == corners[order][:-1])[same].all(), "a vertex of a part stands in two places")
+        keys = self.tris["geom"].astype(np.uint64) << np.uint64(32) | self.tris["prim"]
+        order = np.argsort(keys, kind="stable")
+        same = keys[order][1:] == keys[order][:-1]
+        require((vertices[order][1:] == vertices[order][:-1])[same].all(), "copies of a triangle have different vertices")
+
+
+class File(Trees):
+    """A file whose container [2-4], hashes [9], records [5] and trees [5.1] were checked.
+
+    A still file is its own trees. Of a sequence, `frame(i)` gives those of one frame.
+    """
+
+    def __init__(self, data):
+        self.data = data
+        self.read_header()
+        self.read_table()
+        self.check_hashes()
+        self.bodies = [None] * len(self.table)
+        self.check_head_counts()
+        first = [b"BLAS", b"TOPO", b"POSE", b"GEOM"]  # their rows are asked before anything large is decoded [11]
+        for i, entry in sorted(enumerate(self.table), key=lambda entry: entry[1]["type"] not in first):
+            self.bodies[i] = self.decode(entry)
+            if entry["type"] == b"BLAS" and self.bodies[i] is not None:
+                self.check_rows(self.bodies[i])
+        depths = self.check_sequence() if self.sequence else self.check_still()
+        self.check_names()
+        self.check_origins()
+        self.check_meta()
+        require(self.header["max_depth"] == max(depths, default=0), "header.max_depth is not that of the trees")
+
+    def read_header(self):
+        require(self.data[:8] == MAGIC, "the magic bytes are missing: not a .bvhc file")
+        require(len(self.data) >= 256, "the file is shorter than a header")
+        h = self.header = plain(np.frombuffer(self.data, HEADER, 1)[0])
+        if h["major"] != 1 or h["min_minor"] > min(h["minor"], MINOR):
+            raise Unsupported("format %d.%d, readable from minor %d" % (h["major"], h["minor"], h["min_minor"]))
+        if h["features_required"] & ~SEQUENCE_FEATURE:
+            raise Unsupported("required features 0x%x" % h["features_required"])
+        require(h["header_len"] >= 256 and h["header_len"] % 64 == 0, "header_len")
+        require(h["minor"] > MINOR or h["header_len"] == 256, "header_len is not 256 in version 1.%d" % MINOR)
+        require(h["file_len"] == len(self.data) and len(self.data) % 64 == 0, "file_len is not the length of the file")
+        require(4 <= h["section_count"] <= 65536 and h["section_entry_len"] == 128, "section_count or section_entry_len")
+        require(h["section_table_off"] == h["header_len"], "section_table_off is not header_len")
+        require(h["reserved"] == bytes(32), "reserved bytes are not zero")
+        flags = self.flags = h["tree_flags"]
+        require(flags & ~31 == 0 and flags & CANONICAL_DFS, "tree_flags")
+        require(bool(flags & REFITTABLE) != bool(flags & DUP_REFS), "exactly one of REFITTABLE and DUP_REFS must be set")
+        self.two_level, self.sequence = bool(flags & TWO_LEVEL), bool(flags & SEQUENCE)
+        require(self.sequence == bool(h["features_required"] & SEQUENCE_FEATURE), "SEQUENCE without its feature, or the feature without it")
+        require(self.two_level or not self.sequence, "SEQUENCE without TWO_LEVEL")
+        require(h["min_minor"] >= 2 or not self.sequence, "a sequence that asks for less than version 1.2")
+
+    def read_table(self):
+        start, count = self.header["header_len"], self.header["section_count"]
+        end = start + 128 * count
+        require(end <= len(self.data), "the section table ends behind the file")
+        self.table, seen = [plain(e) for e in np.frombuffer(self.data, ENTRY, count, start)], set()
+        for e in self.table:
+            name, offset, stored, raw = e["type"], e["offset"], e["stored_len"], e["raw_len"]
+            require((name, e["ordinal"]) not in seen, "two sections of one type and ordinal")
+            seen.add((name, e["ordinal"]))
+            require(6 <= e["align_log2"] <= 16 and offset % (1 << e["align_log2"]) == 0, "alignment of %r" % name)
+            require(offset >= end and offset - end < 1 << e["align_log2"], "%r overlaps or leaves a gap" % name)
+            require(not any(self.data[end:offset]), "bytes before %r are not zero" % name)
+            end = offset + stored
+            require(end <= len(self.data), "%r ends behind the file" % name)
+            require(e["flags"] & ~7 == 0 and e["reserved"] == bytes(12), "flags or reserved bytes of %r" % name)
+            size, elements = e["elem_size"], e["elem_count"]
+            require(size == 0 or size * elements == raw, "elem_size and elem_count of %r" % name)
+            require(e["codec"] != 0 or (raw == stored and e["raw_hash"] == e["stored_hash"]), "lengths of raw %r" % name)
+            flags, record = RECORDS.get(name.decode("latin-1"), (None, None))
+            if not understood(e):
+                if e["flags"] & CRITICAL:
+                    raise Unsupported("critical section %r, schema %d, codec %d" % (name, e["schema"], e["codec"]))
+                continue
+            require(e["flags"] == flags, "flags of %r" % name)
+            require(size == (record.itemsize if record else 0), "elem_size of %r" % name)
+            require(name != b"META" or (raw <= 1 << 20 and elements == 0), "META exceeds 1 MiB or has records")
+        self.check_presence()
+        require(len(self.data) - end < 64 and not any(self.data[end:]), "bytes behind the last section")
+        require(sum(e["raw_len"] for e in self.table) <= MAX_DECODED, "sections exceed 8 GiB decoded")
+
+    def check_presence(self):
+        """Which types a file has, and their numbers [3, 5]."""
+        numbers = {}
+        for e in filter(understood, self.table):
+            numbers.setdefault(e["type"].decode(), []).append(e["ordinal"])
+        wanted = {"NODE", "GEOM"} | (IN_SEQUENCES if self.sequence else STILL) | ({"TNOD", "INST"} if self.two_level else set())
+        for name in RECORDS:
+            if RECORDS[name][0] & CRITICAL:
+                require((name in numbers) == (name in wanted), "%s is %s" % (name, "missing" if name in wanted else "not allowed in such a file"))
+            require(sorted(numbers.get(name, [0])) == list(range(len(numbers.get(name, [0])))), "the numbers of %s have a hole" % name)
+            require(self.sequence or len(numbers.get(name, [0])) == 1, "a still file with several %s" % name)
+        for a, b in (("NODE", "VPOS"), ("TNOD", "INST")):
+            require(not self.sequence or len(numbers[a]) == len(numbers[b]), "another number of %s than of %s" % (a, b))
+
+    def check_hashes(self):
+        if blake3 is None:
+            print("hashes not checked: install the Python package blake3", file=sys.stderr)
+            return
+        for e in self.table:
+            stored = self.data[e["offset"]:e["offset"] + e["stored_len"]]
+            require(digest(stored) == e["stored_hash"], "stored_hash of %r" % e["type"])
+        head, table = self.header["header_len"], 128 * len(self.table)
+        blanked = self.data[:64] + bytes(32) + self.data[96:head + table]
+        require(digest(blanked, "bvhc v1 file id") == self.header["file_id"], "file_id")
+        content = b"".join(
+            struct.pack("<4sIHxxIQ32s", *(e[f] for f in ("type", "ordinal", "schema", "elem_size", "raw_len", "raw_hash")))
+            for e in sorted(self.table, key=lambda e: (e["type"], e["ordinal"])) if e["flags"] & CONTENT)
+        require(digest(content, "bvhc v1 content id") == self.header["content_id"], "content_id")
+
+    def decode(self, e):
+        """The decoded bytes of a section [8], or None for one that this reader skips."""
+        stored = self.data[e["offset"]:e["offset"] + e["stored_len"]]
+        if not understood(e):
+            return None
+        if e["codec"] == 0:
+            return stored
+        if zstandard is None:
+            raise Unsupported("a compressed section: install the Python package zstandard")
+        raw_len, out = e["raw_len"], []
+        blocks = -(-raw_len // BLOCK)
+        require(len(stored) >= 8 + 4 * blocks, "a compressed section is shorter than its frame list")
+        count, zero = struct.unpack_from("<II", stored)
+        require((count, zero) == (blocks, 0), "frame_count of a compressed section")
+        position = 8 + 4 * blocks
+        for i, length in enumerate(struct.unpack_from("<%dI" % blocks, stored, 8)):
+            frame, position = stored[position:position + length], position + length
+            want = min(BLOCK, raw_len - i * BLOCK)
+            try:
+                facts = zstandard.get_frame_parameters(frame)
+                fits = facts.content_size == want and facts.window_size <= BLOCK and facts.dict_id == 0
+                block = zstandard.ZstdDecompressor().decompress(frame, want, allow_extra_data=False) if fits else b""
+            except zstandard.ZstdError as error:
+                raise Invalid("a zstd frame: %s" % error)
+            require(fits and len(block) == want, "a zstd frame's content size, window or dictionary")
+            out.append(block)
+        require(position == len(stored), "bytes behind the zstd frames")
+        raw = b"".join(out)
+        require(blake3 is None or digest(raw) == e["raw_hash"], "raw_hash of %r" % e["type"])
+        return raw
+
+    def check_head_counts(self):
+        """What header and table say of each other [2, 11]."""
+        records = {}
+        for e in filter(understood, self.table):
+            records[e["type"].decode()] = records.get(e["type"].decode(), 0) + e["elem_count"]
+        names = ("TRIX", "TOPO") if self.sequence else ("TRIS", "BLAS")
+        for field, name in zip(("ref_count", "blas_count", "instance_count", "frame_count"), (*names, "INST", "FRAM")):
+            require(self.header[field] == records.get(name, 0), "header.%s is not the number of records of %s" % (field, name))
+        return records
+
+    def check_rows(self, rows):
+        """What the table and the rows of BLAS say of each other [5.4, 11]."""
+        records = self.check_head_counts()
+        node_at = ref_at = 0
+        for b in map(plain, np.frombuffer(rows, RECORDS["BLAS"][1])):
+            require((b["node_offset"], b["ref_offset"]) == (node_at, ref_at), "BLAS rows do not tile NODE and TRIS")
+            require(b["ref_count"] <= 255 * (b["node_count"] // 2), "a tree has more references than its leaves can hold")
+            node_at, ref_at = node_at + b["node_count"], ref_at + b["ref_count"]
+        ends = (records.get("NODE", 0), records.get("TRIS", 0))
+        require((node_at, ref_at) == ends, "BLAS rows do not end with NODE and TRIS")
+
+    def body(self, name, number=0):
+        key = (name.encode(), number)
+        found = [b for e, b in zip(self.table, self.bodies) if (e["type"], e["ordinal"]) == key and understood(e)]
+        return found[0] if found else None
+
+    def rows(self, name, number=0):
+        body = self.body(name, number)
+        require(body is not None, "%s cannot be read" % name)
+        return np.frombuffer(body, RECORDS[name][1])
+
+    def check_header_counts(self, rows, node_counts, tops):
+        """The sums over the trees that the header states. `rows`: of BLAS or TOPO; `tops`: each TLAS's nodes."""
+        live = lambda n: max(int(n) - 1, 0)
+        nodes = sum(map(live, node_counts)) + sum(live(len(top)) for top in tops)
+        for field, count in (("prim_count", int(rows["prim_count"].sum(dtype=np.uint64))), ("node_count", nodes)):
+            require(self.header[field] == count, "header.%s is %d, the sections say %d" % (field, self.header[field], count))
+        duplicates = any(rows["flags"] == DUP_REFS)
+        require(duplicates == bool(self.flags & DUP_REFS), "DUP_REFS of the header and of the trees")
+
+    def check_bounds(self, roots):
+        roots = [root for root in roots if len(root)]
+        low, high = (np.minimum.reduce([r["min"][0] for r in roots]), np.maximum.reduce([r["max"][0] for r in roots])) if roots else (0, 0)
         require((self.header["scene_min"] == low).all() and (self.header["scene_max"] == high).all(), "scene bounds")
+
+    def check_still(self):
+        self.node, self.tris, self.geom, self.blas = (self.rows(n) for n in ("NODE", "TRIS", "GEOM", "BLAS"))
+        self.tnod, self.inst = (self.rows(n) if self.two_level else np.zeros(0, RECORDS[n][1]) for n in ("TNOD", "INST"))
+        require(self.two_level or len(self.blas) <= 1, "several BLASes in a one-level file")
+        self.check_header_counts(self.blas, self.blas["node_count"], [self.tnod])
+        depths = self.check_trees() + ([self.check_top()] if self.two_level else [])
+        self.check_bounds([self.tnod if self.two_level else self.node])
+        return depths
+
+    def check_sequence(self):
+        """The rows of a sequence, then each pose and each placement [5.6]; the depths of all trees."""
+        self.topo, self.trix, self.pose, self.fram, self.geom = (self.rows(n) for n in ("TOPO", "TRIX", "POSE", "FRAM", "GEOM"))
+        numbers = lambda name: range(sum(e["type"] == name and understood(e) for e in self.table))
+        self.check_topologies()
+        self.blocks = [tuple(self.rows(n, k) for n in ("NODE", "VPOS")) for k in numbers(b"NODE")]
+        self.placements = [tuple(self.rows(n, k) for n in ("TNOD", "INST")) for k in numbers(b"TNOD")]
+        self.check_poses()
+        self.check_frames()
+        tops = [top for top, _ in self.placements]
+        self.check_header_counts(self.topo, self.topo["node_count"][self.pose["topology"]], tops)
+        require((self.trix["geom"] < len(self.geom)).all(), "geom of TRIX")
+        for t in range(len(self.topo)):
+            corners = self.slots(t)["corners"]
+            require((corners < self.topo["vertex_count"][t]).all(), "topology %d: a corner is no vertex" % t)
+            require(len(np.unique(corners)) == self.topo["vertex_count"][t], "topology %d: a vertex is no corner" % t)
+        depths = []
+        for i, pose in enumerate(self.pose):
+            posed = self.posed([i])
+            depths += posed.check_trees()
+            first = self.posed([int(np.flatnonzero(self.pose["topology"] == pose["topology"])[0])]).node
+            require(all((posed.node[f] == first[f]).all() for f in ("first", "count")), "pose %d has another shape than its topology" % i)
+        rows = self.posed(range(len(self.pose))).blas
+        for tnod, inst in self.placements:
+            depths.append(Trees(None, None, self.geom, rows, tnod, inst).check_top())
+        self.check_bounds(tops)
+        return depths
+
+    def check_topologies(self):
+        at = 0
+        for t, row in enumerate(map(plain, self.topo)):
+            most, parts = 255 * (row["node_count"] // 2), int((self.geom["blas"] == t).sum())
+            require(row["ref_offset"] == at and at + row["ref_count"] <= len(self.trix), "TOPO rows do not tile TRIX")
+            at += row["ref_count"]
+            require(row["node_count"] % 2 == 0 and 1 <= row["ref_count"] <= most and 1 <= parts <= most, "the size of topology %d" % t)
+            require(row["reserved"] == bytes(32), "reserved bytes of TOPO")
+            require((self.pose["topology"] == t).any(), "topology %d has no pose" % t)
+        require(at == len(self.trix), "TOPO rows do not end with TRIX")
+        require((np.diff(self.geom["blas"].astype(np.int64)) >= 0).all() and (self.geom["blas"] < len(self.topo)).all(), "blas of GEOM")
+
+    def check_poses(self):
+        block, at = 0, (0, 0)
+        ends = [tuple(map(len, b)) for b in self.blocks]
+        for pose in map(plain, self.pose):
+            require(pose["topology"] < len(self.topo) and pose["flags"] & ~KEY == 0 and pose["reserved"] == bytes(8), "a row of POSE")
+            if pose["block"] == block + 1 and at == ends[block] != (0, 0):
+                block, at = block + 1, (0, 0)
+            starts, topology = (pose["node_offset"], pose["vertex_offset"]), plain(self.topo[pose["topology"]])
+            require(pose["block"] == block < len(ends) and starts == at, "POSE rows do not tile the blocks")
+            at = (at[0] + topology["node_count"], at[1] + topology["vertex_count"])
+            require(at[0] <= ends[block][0] and at[1] <= ends[block][1], "a pose reaches beyond its block")
+        require(block == len(ends) - 1 and at == ends[block], "POSE rows do not end with the blocks")
+
+    def check_frames(self):
+        require(len(self.fram) > 0, "a sequence without frames")
+        before = None
+        for f in map(plain, self.fram):
+            require(f["flags"] & ~(TIMED | HELD) == 0 and f["reserved"] == bytes(16), "flags or reserved bytes of FRAM")
+            require(before is None or f["number"] > before["number"], "the numbers of FRAM do not ascend")
+            require(f["placement"] < len(self.placements), "placement of FRAM")
+            require(not f["flags"] & HELD or (before and before["placement"] == f["placement"]), "a frame that holds another than the one before")
+            time = struct.pack("<f", f["time"])
+            require(np.isfinite(f["time"]) and (f["flags"] & TIMED or time == bytes(4)), "time of FRAM")
+            before = f
+
+    def slots(self, t):
+        """A topology's records of TRIX."""
+        return self.trix[int(self.topo["ref_offset"][t]):][:int(self.topo["ref_count"][t])]
+
+    def posed(self, poses):
+        """Some poses as the trees of a still file [5.6.5, 5.6.6], of one level."""
+        node, tris, geom, blas, node_at, ref_at, part_at = [], [], [], [], 0, 0, 0
+        for number, i in enumerate(poses):
+            pose = self.pose[i]
+            t = int(pose["topology"])
+            topology, slots, (nodes, points) = self.topo[t], self.slots(t), self.blocks[int(pose["block"])]
+            nodes = nodes[int(pose["node_offset"]):][:int(topology["node_count"])]
+            points = points[int(pose["vertex_offset"]):][:int(topology["vertex_count"])].view("<f4").reshape(-1, 3)
+            parts = np.flatnonzero(self.geom["blas"] == t)
+            require(((slots["geom"] >= parts[0]) & (slots["geom"] <= parts[-1])).all(), "a triangle of another topology's part")
+            rows = np.zeros(len(slots), RECORDS["TRIS"][1])
+            for k, corner in enumerate(("v0", "v1", "v2")):
+                rows[corner] = points[slots["corners"][:, k]]
+            rows["prim"], rows["flags"], rows["geom"] = slots["prim"], slots["flags"], slots["geom"] - parts[0] + part_at
+            mine = self.geom[parts].copy()
+            mine["blas"] = number
+            row = np.zeros(1, RECORDS["BLAS"][1])
+            for field in ("min", "max", "sah"):
+                row[field] = pose[field]
+            for field in ("node_count", "ref_count", "prim_count", "max_depth", "flags"):
+                row[field] = topology[field]
+            row["node_offset"], row["ref_offset"] = node_at, ref_at
+            node, tris, geom, blas = node + [nodes], tris + [rows], geom + [mine], blas + [row]
+            node_at, ref_at, part_at = node_at + len(nodes), ref_at + len(rows), part_at + len(mine)
+        joined = (np.concatenate([np.zeros(0, RECORDS[n][1])] + some) for n, some in zip(("NODE", "TRIS", "GEOM", "BLAS"), (node, tris, geom, blas)))
+        return Trees(*joined, called="tree")
+
+    def frame(self, index):
+        """The trees of a frame, counted from 0 [5.6.6]; `poses` are their rows of POSE, `parts` the rows of GEOM of the file."""
+        tnod, inst = self.placements[int(self.fram["placement"][index])]
+        poses = np.unique(inst["blas"])
+        trees = self.posed(poses)
+        trees.poses, trees.two_level, trees.tnod, trees.inst = poses, True, tnod, inst.copy()
+        trees.inst["blas"] = np.searchsorted(poses, inst["blas"])
+        trees.parts = np.concatenate([np.zeros(0, int)] + [np.flatnonzero(self.geom["blas"] == self.pose["topology"][p]) for p in poses])
+        return trees
+
+    def numbered(self, number):
+        """The index of the frame that has this number in the source, or None."""
+        found = np.flatnonzero(self.fram["number"] == number) if self.sequence else []
+        return int(found[0]) if len(found) else None
 
     def check_names(self):
         self.names, self.materials = self.strings("NAMS"), self.strings("MATS")
@@ -397,7 +592,7 @@ class File:
         return strings
 
     def check_origins(self):
-        """From a hit back to the model [10.3]: `vertices` is u32[TRIS, 3] or None, `mirrored` bool[GEOM]."""
+        """From a hit back to the model [10.3]: `vertices` is u32[TRIS or TRIX, 3] or None, `mirrored` bool[GEOM]."""
         body = self.body("SIDE")
         self.mirrored = np.zeros(len(self.geom), bool)
         if body is not None:
@@ -409,17 +604,13 @@ class File:
         self.vertices = None if body is None else np.frombuffer(body, "<u4").reshape(-1, 3)
         if body is None:
             return
-        require(len(self.vertices) == len(self.tris), "VERT has another number of records than TRIS")
-        # A vertex of a part stands in one place: equal pairs of part and vertex lie next to each other, with equal positions.
-        corners = (np.stack([self.tris[v] for v in ("v0", "v1", "v2")], axis=1) + np.float32(0)).view("<u4").reshape(-1, 3)
-        keys = np.repeat(self.tris["geom"].astype(np.uint64), 3) << np.uint64(32) | self.vertices.reshape(-1)
-        order = np.argsort(keys, kind="stable")
-        same = keys[order][1:] == keys[order][:-1]
-        require((corners[order][1:] == corners[order][:-1])[same].all(), "a vertex of a part stands in two places")
-        keys = self.tris["geom"].astype(np.uint64) << np.uint64(32) | self.tris["prim"]
-        order = np.argsort(keys, kind="stable")
-        same = keys[order][1:] == keys[order][:-1]
-        require((self.vertices[order][1:] == self.vertices[order][:-1])[same].all(), "copies of a triangle have different vertices")
+        require(len(self.vertices) == self.header["ref_count"], "VERT has another number of records than there are triangles")
+        if not self.sequence:
+            self.check_vertices(self.vertices)
+            return
+        for i, pose in enumerate(self.pose):
+            topology = self.topo[int(pose["topology"])]
+            self.posed([i]).check_vertices(self.vertices[int(topology["ref_offset"]):][:int(topology["ref_count"])])
 
     def check_meta(self):
         body = self.body("META")
@@ -432,7 +623,8 @@ class File:
 
 def understood(e):
     """Whether this reader knows a section's type, number, layout and codec."""
-    return e["type"].decode("latin-1") in RECORDS and e["ordinal"] == 0 and e["schema"] == 1 and e["codec"] <= 1
+    name = e["type"].decode("latin-1")
+    return name in RECORDS and (e["ordinal"] == 0 or name in NUMBERED) and e["schema"] == 1 and e["codec"] <= 1
 
 
 def cofactor(m, r, c):
@@ -598,6 +790,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file")
     parser.add_argument("--ray", action="append", default=[], metavar="ox,oy,oz,dx,dy,dz", help="write --ray=-1,... for a negative number")
+    parser.add_argument("--frame", type=int, metavar="N", help="the number of the frame of a sequence in which rays are traced")
     parser.add_argument("--rays", metavar="LIST", help="a text file with one such ray a line")
     arguments = parser.parse_args()
     try:
@@ -613,6 +806,14 @@ def main():
     except Unsupported as error:
         print("error: %s is not supported: %s" % (arguments.file, error), file=sys.stderr)
         return 5
+    trees = file
+    if file.sequence and rays:
+        index = file.numbered(arguments.frame)
+        if index is None:
+            parser.error("--frame must be one of %s" % ", ".join(map(str, file.fram["number"])))
+        trees = file.frame(index)
+    elif arguments.frame is not None and not file.sequence:
+        parser.error("--frame needs a sequence, and %s is a still file" % arguments.file)
     if not rays:
         print(json.dumps({"schema": "bvhc.info.v1", "files": [{"path": arguments.file, **info(file)}]}, indent=2))
     for ray in rays:
@@ -620,7 +821,7 @@ def main():
         if len(numbers) != 6:
             parser.error("a ray is six numbers: ox,oy,oz,dx,dy,dz")
         import bvhc_trace  # beside this file
-        print(json.dumps(bvhc_trace.closest_hit(file, numbers[:3], numbers[3:])))
+        print(json.dumps(bvhc_trace.closest_hit(trees, numbers[:3], numbers[3:])))
     return 0
 
 

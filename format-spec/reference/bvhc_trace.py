@@ -1,4 +1,7 @@
-"""Tracing a ray through a checked file, as section 10 of SPEC.md says: plain, slow, in double precision."""
+"""Tracing a ray through a checked file, as section 10 of SPEC.md says: plain, slow, in double precision.
+
+`file` is a still file, or a frame of a sequence: `File.frame(i)` of bvhc_reader.py.
+"""
 
 import math
 

@@ -22,6 +22,7 @@ use super::{
 };
 use crate::exec::Executor;
 use crate::geom::{Aabb, Point};
+use crate::layout::MAX_LEAF;
 use crate::tree::{Node, max_depth, quality};
 
 /// The parts of a topology: rows of `GEOM` and what is parallel to them.
@@ -227,6 +228,9 @@ impl<'e> SequenceWriter<'e> {
         let unwritable = |detail: String| CacheError::Unwritable { name: name.clone(), detail };
         let too_large = |limit| CacheError::Limit { name: name.clone(), limit };
         let meta_bytes = meta.encode().map_err(too_large)?;
+        if let Some((number, parts, most)) = self.overfull() {
+            return Err(unwritable(format!("topology {number} has {parts} parts, and its tree has room for {most}")));
+        }
         // A file has at least one block and one placement, empty where no frame shows anything.
         if self.blocks == 0 {
             self.spool(SectionKind::NODE, 0, 0, &[])?;
@@ -270,6 +274,15 @@ impl<'e> SequenceWriter<'e> {
             Sealed::new(header, pieces, self.codec, self.exec).map_err(CacheError::io("compress", &self.path))?;
         atomic::replace(&self.path, |file| sealed.write_to(std::io::BufWriter::new(file)))?;
         Ok(sealed.summary())
+    }
+
+    /// The first topology that has more parts than the format allows, with their number and what is allowed.
+    fn overfull(&self) -> Option<(usize, usize, usize)> {
+        let mut parts = vec![0; self.topologies.len()];
+        self.geoms.iter().for_each(|geom| parts[geom.blas as usize] += 1);
+        let most = |topology: &TopologyRecord| topology.node_count as usize / 2 * MAX_LEAF as usize;
+        let mut all = self.topologies.iter().zip(parts).enumerate();
+        all.find_map(|(i, (topology, parts))| (parts > most(topology)).then_some((i, parts, most(topology))))
     }
 
     /// The sections in the registry's order, those of one kind by their numbers.

@@ -59,6 +59,7 @@ pub(super) fn bake(
         source_prims: Vec::with_capacity(triangles as usize),
         vertices: Vec::new(),
         parts: Vec::new(),
+        faces: None,
     };
     for (index, instance) in instances.iter().enumerate() {
         append(&mut out, &meshes[instance.mesh as usize], instance, origin, exec)

@@ -89,6 +89,9 @@ pub struct Mesh {
     pub vertices: Vec<[u32; 3]>,
     /// Which runs of `triangles` came from which OBJ group or glTF primitive, in order, covering all of them.
     pub parts: Vec<Part>,
+    /// BLAKE3 of the corners of all faces before they were cut into triangles, where that was asked for ([`ReadOptions::faces`]) and some face of an OBJ
+    /// model has more than three. Meshes with equal hashes have the same polygons, although they may be cut otherwise.
+    pub faces: Option<[u8; 32]>,
 }
 
 /// One OBJ object/group/material run or one glTF primitive: a row of the file's `GEOM` table. Names are those of the source, letter by

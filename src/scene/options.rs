@@ -43,6 +43,8 @@ pub struct ReadOptions {
     pub ignore_extensions: Vec<String>,
     /// Keep which vertices of the source each triangle has: [`Mesh::vertices`](super::Mesh::vertices).
     pub vertices: bool,
+    /// Keep what tells whether two models have the same polygons: [`Mesh::faces`](super::Mesh::faces). It changes nothing else.
+    pub faces: bool,
     /// Most bytes that reading may hold at once, estimated before each allocation. No file can make the reader hold more.
     pub max_memory: u64,
 }
@@ -66,6 +68,7 @@ impl Default for ReadOptions {
             moment: None,
             ignore_extensions: Vec::new(),
             vertices: false,
+            faces: false,
             max_memory: Self::DEFAULT_MAX_MEMORY,
         }
     }

@@ -9,6 +9,7 @@
 //! Trees may be made for the whole animation first ([`SequenceBuilder::survey`]). They are refitted bottom-up to where their triangles stand, and built anew where that has become too dear ([`RefitPolicy`]). The top level is built for
 //! every frame.
 
+mod cuts;
 mod policy;
 mod shape;
 mod survey;
@@ -26,6 +27,7 @@ use crate::compile::{self, Placing};
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::{Mesh, Scene};
+use cuts::Cuts;
 use shape::{Shape, geometry_hash, topology_hash};
 use survey::Survey;
 
@@ -115,6 +117,7 @@ pub struct SequenceBuilder<'a> {
     shapes: BTreeMap<[u8; 32], Shape>,
     /// Poses by topology and geometry.
     poses: BTreeMap<([u8; 32], [u8; 32]), u32>,
+    cuts: Cuts,
     /// Trees that were made for the whole animation.
     surveyed: u64,
 }
@@ -141,6 +144,7 @@ impl<'a> SequenceBuilder<'a> {
             writer: SequenceWriter::new(path, codec, exec)?,
             shapes: BTreeMap::new(),
             poses: BTreeMap::new(),
+            cuts: Cuts::default(),
             surveyed: 0,
         })
     }
@@ -155,7 +159,9 @@ impl<'a> SequenceBuilder<'a> {
     pub fn survey(&mut self, frames: Vec<Scene>, trees: Trees) -> Result<(), SequenceError> {
         let mut survey = Survey::default();
         for scene in frames {
-            survey.add(compile::lay_out(scene, &self.options, self.exec)?.meshes);
+            let mut meshes = compile::lay_out(scene, &self.options, self.exec)?.meshes;
+            meshes.iter_mut().for_each(|mesh| self.cuts.apply(mesh));
+            survey.add(meshes);
         }
         for (topology, shape, trees) in survey.shapes(trees, &self.options, self.exec, self.progress)? {
             self.shapes.insert(topology, shape);
@@ -177,7 +183,8 @@ impl<'a> SequenceBuilder<'a> {
     /// # Errors
     /// Where the scene cannot be built, or the file cannot be written.
     pub fn add(&mut self, scene: Scene, label: FrameLabel) -> Result<FrameOutcome, SequenceError> {
-        let laid = compile::lay_out(scene, &self.options, self.exec)?;
+        let mut laid = compile::lay_out(scene, &self.options, self.exec)?;
+        laid.meshes.iter_mut().for_each(|mesh| self.cuts.apply(mesh));
         let mut outcome = FrameOutcome { number: label.number, placing: laid.placing, ..FrameOutcome::default() };
         let poses: Vec<u32> =
             laid.meshes.iter().map(|mesh| self.pose(mesh, &mut outcome)).collect::<Result<_, SequenceError>>()?;

@@ -132,25 +132,30 @@ impl Shape {
 /// What two meshes have in common if one tree can serve both: their triangles, with all that is told of them, but not where they stand.
 pub fn topology_hash(mesh: &Mesh) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
-    let mut words = |some: &[u32]| {
-        hasher.update(&(some.len() as u64).to_le_bytes());
-        some.iter().for_each(|word| {
-            hasher.update(&word.to_le_bytes());
-        });
-    };
-    words(mesh.triangles.as_flattened());
-    words(&mesh.source_prims);
-    words(mesh.vertices.as_flattened());
+    words(&mut hasher, mesh.triangles.as_flattened());
+    words(&mut hasher, &mesh.source_prims);
+    words(&mut hasher, mesh.vertices.as_flattened());
+    hasher.update(&parts_hash(mesh));
+    *hasher.finalize().as_bytes()
+}
+
+/// The parts of a mesh.
+pub fn parts_hash(mesh: &Mesh) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
     for part in &mesh.parts {
         let node = part.baked_node.unwrap_or(u32::MAX);
-        words(&[part.source_mesh, part.source_part, node, part.mirrored.into(), part.first_prim, part.prim_count]);
-        words(&[part.first_triangle, part.triangle_count]);
+        let source = [part.source_mesh, part.source_part, node, part.mirrored.into()];
+        words(&mut hasher, &source);
+        words(&mut hasher, &[part.first_prim, part.prim_count, part.first_triangle, part.triangle_count]);
         for name in [&part.name, &part.material] {
-            words(&[name.len() as u32]);
-            words(&name.bytes().map(u32::from).collect::<Vec<_>>());
+            hasher.update(&(name.len() as u64).to_le_bytes()).update(name.as_bytes());
         }
     }
     *hasher.finalize().as_bytes()
+}
+
+fn words(hasher: &mut blake3::Hasher, some: &[u32]) {
+    hasher.update(&(some.len() as u64).to_le_bytes()).update(bytemuck::cast_slice(some));
 }
 
 /// Where the vertices of a mesh stand.

@@ -41,7 +41,7 @@ fn is_sound(file: &[u8]) -> bool {
         let inside = |e: &SectionEntry| {
             e.end().is_some_and(|end| end <= file.len() as u64) && e.align_log2 <= SectionEntry::MAX_ALIGN_LOG2
         };
-        header.section_count as usize == entries.len() && entries.len() <= 16 && entries.iter().all(inside)
+        header.section_count as usize == entries.len() && entries.len() <= 32 && entries.iter().all(inside)
     }
 }
 
@@ -70,7 +70,7 @@ fn of_table(file: &mut Vec<u8>, dice: &mut Dice) {
         4 => u64::MAX - dice.below(64) as u64,
         _ => u64::from(word(old as u32, dice)),
     };
-    match dice.below(9) {
+    match dice.below(10) {
         0 => entry.offset = near(entry.offset, dice),
         1 => entry.stored_len = near(entry.stored_len, dice),
         2 => entry.raw_len = near(entry.raw_len, dice),
@@ -79,6 +79,7 @@ fn of_table(file: &mut Vec<u8>, dice: &mut Dice) {
         5 => entry.flags ^= 1 << (any % 8),
         6 => (entry.codec, entry.schema) = ((any % 4) as u8, (any >> 8) as u16 % 3),
         7 => entry.align_log2 = (any % 20) as u8,
+        8 => entry.ordinal = near(entry.ordinal.into(), dice) as u32,
         _ => entry.kind.0[any as usize % 4] ^= 1 << (any >> 8 & 7),
     }
     bytes::set_entry(file, i, &entry);
@@ -101,7 +102,7 @@ fn of_sections(file: &mut Vec<u8>, dice: &mut Dice) {
         _ => {
             let (other, mut theirs) = bytes::take_apart(&library()[dice.below(library().len())]);
             let (entry, data) = theirs.swap_remove(dice.below(theirs.len()));
-            match sections.iter().position(|(e, _)| e.kind == entry.kind) {
+            match sections.iter().position(|(e, _)| (e.kind, e.ordinal) == (entry.kind, entry.ordinal)) {
                 Some(same) => sections[same] = (entry, data),
                 None => sections.push((entry, data)),
             }
@@ -111,6 +112,8 @@ fn of_sections(file: &mut Vec<u8>, dice: &mut Dice) {
                     (other.prim_count, other.ref_count, other.node_count);
                 (header.blas_count, header.instance_count, header.tree_flags) =
                     (other.blas_count, other.instance_count, other.tree_flags);
+                (header.features_required, header.frame_count) = (other.features_required, other.frame_count);
+                (header.minor, header.min_minor) = (other.minor, other.min_minor);
             }
         }
     }

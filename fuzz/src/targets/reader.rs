@@ -4,8 +4,8 @@ use super::{Target, limit};
 use crate::guard::within;
 use crate::mutate::file;
 use crate::planted::Seen;
-use bvhc::cache::{Cache, OpenOptions, Opened, Validation};
-use bvhc::geom::Ray;
+use bvhc::cache::{Cache, CacheError, Frames, OpenOptions, Opened, Sequence, Validation, View};
+use bvhc::geom::{Aabb, Ray};
 use bvhc::trace::{NoObserver, try_any_hit, try_closest_hit};
 
 pub const TARGET: Target = Target { name: "reader", run, change: file::change, faults: &["E0403", "E0302", "E0205"] };
@@ -24,7 +24,15 @@ fn run(input: &[u8]) -> Seen {
             Ok(cache) => {
                 assert!(opened_before, "what a lower level refuses, a higher one opens");
                 look(&cache);
-                trace(&cache, validation == Validation::Tree);
+                trace(&cache.view(), cache.header().scene_bounds(), validation == Validation::Tree);
+            }
+            Err(CacheError::Sequence { .. }) => {
+                let frames = open_frames(input, &options);
+                assert!(opened_before || frames.is_err(), "what a lower level refuses, a higher one opens");
+                if let Err(error) = frames {
+                    opened_before = false;
+                    seen.push(error.to_string());
+                }
             }
             Err(error) => {
                 opened_before = false;
@@ -33,6 +41,31 @@ fn run(input: &[u8]) -> Seen {
         }
     }
     seen
+}
+
+/// Frames that are looked at: a small file may show the same thousands of triangles in hundreds of them.
+const MOST_FRAMES: usize = 8;
+
+/// Open a sequence and its first frames, and trace what was opened. The first error, if any.
+pub fn open_frames(input: &[u8], options: &OpenOptions) -> Result<(), CacheError> {
+    let sequence = within(allowance(input), || Sequence::from_slice(input, options))?;
+    look_at_rows(&sequence);
+    for index in 0..sequence.frame_count().min(MOST_FRAMES) {
+        let frame = within(allowance(input), || sequence.frame(index))?;
+        trace(&frame.view(), sequence.header().scene_bounds(), options.validation == Validation::Tree);
+    }
+    assert!(sequence.frame(sequence.frame_count()).is_err(), "a frame behind the last");
+    Ok(())
+}
+
+/// Ask for everything that the frames of a file share.
+fn look_at_rows(sequence: &Frames) {
+    let parts = sequence.geoms().len();
+    let names = (0..parts).filter_map(|i| sequence.names().get(i)).map(str::len).sum::<usize>();
+    let blocks: u64 = (0..sequence.block_count() + 1).map(|block| sequence.block_bytes(block)).sum();
+    let found = sequence.frames().iter().filter(|frame| sequence.numbered(frame.number).is_some()).count();
+    assert_eq!(found, sequence.frame_count(), "a frame is not found by its number");
+    std::hint::black_box((names, blocks, sequence.vertices().len(), sequence.materials().len(), sequence.meta()));
 }
 
 /// Ask for everything that a file has.
@@ -47,9 +80,7 @@ fn look(cache: &Opened) {
 }
 
 /// Rays through whatever was opened end; through a file whose every record was looked at, they end without an error.
-pub fn trace(cache: &Opened, valid: bool) {
-    let view = cache.view();
-    let b = cache.header().scene_bounds();
+pub fn trace(view: &View<'_>, b: Aabb, valid: bool) {
     for i in 0..8u32 {
         // A fixed net of rays from one side of the box to another point in it.
         let share = |k: u32| (i.wrapping_mul(k) % 61) as f32 / 60.0;
@@ -57,8 +88,8 @@ pub fn trace(cache: &Opened, valid: bool) {
         let from = [at(0, share(7)), at(1, share(11)), at(2, share(13))];
         let to = [at(0, share(17)), at(1, share(19)), at(2, share(23))];
         let ray = Ray::new(from, [0, 1, 2].map(|a| to[a] - from[a]));
-        let closest = try_closest_hit(&view, &ray, &mut NoObserver);
-        let any = try_any_hit(&view, &ray, &mut NoObserver);
+        let closest = try_closest_hit(view, &ray, &mut NoObserver);
+        let any = try_any_hit(view, &ray, &mut NoObserver);
         assert!(!valid || closest.is_ok() && any.is_ok(), "the reader says valid, the traversal: {closest:?}");
         if let (true, Ok(closest), Ok(any)) = (valid, &closest, &any) {
             assert_eq!(closest.is_some(), *any, "the nearest hit and any hit differ on {ray:?}");

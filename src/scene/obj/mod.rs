@@ -64,6 +64,8 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
     let mut positions: Vec<[f64; 3]> = Vec::new();
     let mut cut = Triangulator::new();
     let mut corners = source.options.vertices.then(|| Corners::new(gaps));
+    let mut faces = source.options.faces.then(blake3::Hasher::new);
+    let mut any_polygon = false;
     for tobj::Model { mesh: model, name } in models {
         let count = positions.len() as u64 + model.positions.len() as u64 / 3;
         if count > u64::from(u32::MAX) {
@@ -74,6 +76,13 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
         positions.extend(model.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]));
         let first_triangle = mesh.triangles.len() as u32;
         add_faces(&model, base, &positions, &mut mesh, corners.as_mut(), &mut cut);
+        if let Some(faces) = &mut faces {
+            any_polygon |= !model.face_arities.is_empty();
+            faces.update(&base.to_le_bytes());
+            for words in [&model.face_arities, &model.indices] {
+                faces.update(&(words.len() as u64).to_le_bytes()).update(bytemuck::cast_slice(words));
+            }
+        }
         let triangle_count = mesh.triangles.len() as u32 - first_triangle;
         if triangle_count > 0 {
             let PartName { name, material } = counts.part_name(&name);
@@ -92,6 +101,7 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
         }
     }
 
+    mesh.faces = faces.filter(|_| any_polygon).map(|faces| *faces.finalize().as_bytes());
     let mut scene = Scene::default();
     scene.report.skipped_primitives = counts.skipped;
     scene.report.unreferenced_positions = counts.unreferenced;

@@ -3,16 +3,18 @@
 use bvhc::cache::check::{Level, Limits, Report, Source, check_bytes};
 use bvhc::cache::rules::{self, Rule};
 use bvhc::cache::{
-    Codec, Header, Image, InstanceRecord, NO_NODE, SectionEntry, SectionKind, TriangleRecord, WriteOptions,
-    section_flags, to_bytes, tree_flags,
+    Codec, FrameRecord, GeomRecord, Header, Image, InstanceRecord, NO_NODE, PoseRecord, SectionEntry, SectionKind,
+    TopologyRecord, TriangleRecord, WriteOptions, section_flags, to_bytes, tree_flags,
 };
 use bvhc::exec::Executor;
 use bvhc::geom::Affine;
 use bvhc::scene::{Instance, Mesh};
 use bvhc::tree::{Accel, Node, Tree};
+use bytemuck::Zeroable;
 
 use super::bytes::{self, file, put_together, refix, sign, take_apart, with_entry, with_header};
 use super::scenes::{self, comb, cut_in_two, one_level, pile, restate_sah, sheet, tree, two_level};
+use super::sequences::{self, Sequence};
 use super::valid;
 
 /// A file that breaks one rule.
@@ -50,7 +52,7 @@ pub struct Model {
 
 /// One file for each rule of the catalogue and some further ones, in no order.
 pub fn all() -> Vec<Invalid> {
-    let groups = [container(), hashes(), counts(), topology(), triangles(), instances(), source(), cases()];
+    let groups = [container(), hashes(), counts(), topology(), triangles(), instances(), source(), sequence(), cases()];
     groups.into_iter().flatten().collect()
 }
 
@@ -191,14 +193,7 @@ fn counts() -> Vec<Invalid> {
     let extra_geom = |rule, blas, first_prim, prim_count| {
         image(rule, valid::plane(), |i| {
             let row = i.geoms[0];
-            i.geoms.push(bvhc::cache::GeomRecord {
-                blas,
-                first_prim,
-                prim_count,
-                kept_count: 0,
-                name_hash: [0; 32],
-                ..row
-            });
+            i.geoms.push(GeomRecord { blas, first_prim, prim_count, kept_count: 0, name_hash: [0; 32], ..row });
             i.names.push(String::new());
         })
     };
@@ -452,6 +447,153 @@ fn source() -> Vec<Invalid> {
     ]
 }
 
+fn sequence() -> Vec<Invalid> {
+    let edited = |rule, edit: fn(&mut Sequence)| {
+        let mut sequence = sequences::refitted();
+        edit(&mut sequence);
+        broken(rule, sequence.file())
+    };
+    let head = |rule, edit: fn(&mut Header)| broken(rule, with_header(sequences::refitted().file(), edit));
+    let case = |case, invalid| Invalid { case, ..invalid };
+    let mut numbered = sequences::refitted().file();
+    let last = bytes::entries(&numbered).iter().rposition(|e| e.kind == SectionKind::VPOS).unwrap();
+    bytes::set_entry(
+        &mut numbered,
+        last,
+        &SectionEntry { ordinal: 2, ..bytes::entries(&sequences::refitted().file())[last] },
+    );
+    let tris = bytes::with_section(&sequences::refitted().file(), *b"TRIS", 5, &[]);
+    vec![
+        head(&rules::E0130, |h| h.min_minor = 1),
+        edited(&rules::E0701, |s| s.topologies[0].ref_offset = 1),
+        edited(&rules::E0702, |s| s.poses[1].node_offset = 2),
+        edited(&rules::E0703, |s| s.frames[1].number = s.frames[0].number),
+        edited(&rules::E0704, |s| s.triangles[0].corners[0] = s.topologies[0].vertex_count),
+        broken(&rules::E0705, other_leaves()),
+        edited(&rules::E0706, |s| s.topologies[0].reserved[7] = 1),
+        edited(&rules::E0707, |s| {
+            let mesh = sequences::grid(1);
+            s.add_topology(&mesh, &tree(&mesh, 1));
+        }),
+        broken(&rules::E0708, {
+            let mut sequence = Sequence::default();
+            let mesh = pile(256);
+            let topology = sequence.add_topology(&mesh, &tree(&mesh, 256));
+            let pose = sequence.add_pose(topology, &mesh.positions, true);
+            let placement = sequence.add_placement(&[(pose, Affine::IDENTITY)]);
+            sequence.add_frame(0, None, placement);
+            sequence.file()
+        }),
+        edited(&rules::E0709, |s| {
+            s.topologies[0].vertex_count += 1;
+            s.blocks.iter_mut().for_each(|(_, vertices)| vertices.push([f32::NAN; 3]));
+        }),
+        edited(&rules::W0701, |s| _ = s.add_placement(&[(0, Affine::translation([0.0, 1.0, 0.25]))])),
+        // Rules of still files, where a sequence has other records.
+        case("sequence-numbers", broken(&rules::E0125, refix(numbered))),
+        case("sequence-tris", broken(&rules::E0125, with_entry(tris, SectionKind::TRIS, |e| e.elem_size = 48))),
+        case("sequence-bit", head(&rules::E0126, |h| h.features_required = 0)),
+        case("sequence", head(&rules::E0301, |h| h.node_count += 1)),
+        case("sequence", head(&rules::E0302, |h| h.ref_count += 1)),
+        case("sequence", head(&rules::E0304, |h| h.blas_count += 1)),
+        case("sequence", head(&rules::E0305, |h| h.instance_count -= 1)),
+        case("sequence", head(&rules::E0307, |h| h.scene_max[2] = h.scene_max[2].next_down())),
+        case("sequence", head(&rules::E0308, |h| h.frame_count += 1)),
+        case("sequence", edited(&rules::E0416, |s| s.triangles[3].geom = 1)),
+        case("sequence", edited(&rules::E0419, |s| s.blocks[1].1[0][2] += 8.0)),
+        case("sequence", edited(&rules::E0427, |s| s.poses[1].sah = s.poses[1].sah.next_up())),
+        case("sequence", {
+            let mut sequence = sequences::rebuilt();
+            // One of two instances of the pile.
+            let other = sequence.placements[1].1.iter_mut().find(|instance| instance.blas == 1).unwrap();
+            other.blas = 3;
+            broken(&rules::E0503, sequence.file())
+        }),
+        case(
+            "sequence",
+            edited(&rules::W0502, |s| {
+                let positions = sequences::wave(2, 0.25);
+                s.add_pose(0, &positions, false);
+            }),
+        ),
+        case("sequence-short", {
+            let mut sequence = sequences::origins();
+            sequence.vertices.pop();
+            broken(&rules::E0321, sequence.file())
+        }),
+        // A vertex of the source that stands in two places in the second frame alone.
+        case("second-frame", broken(&rules::E0323, parted())),
+        case("held-first", edited(&rules::E0703, |s| s.frames[0].flags = FrameRecord::HELD)),
+        case("held-other", edited(&rules::E0703, |s| s.frames[1].flags = FrameRecord::HELD)),
+        case("time-unsaid", edited(&rules::E0703, |s| s.frames[1].time = 1.0)),
+        case(
+            "empty",
+            edited(&rules::E0708, |s| {
+                s.topologies.push(TopologyRecord { ref_offset: 8, ..Zeroable::zeroed() });
+                s.topologies[1].flags = tree_flags::REFITTABLE;
+                s.poses.push(PoseRecord {
+                    topology: 1,
+                    block: 1,
+                    node_offset: 16,
+                    vertex_offset: 9,
+                    ..Zeroable::zeroed()
+                });
+            }),
+        ),
+        case("parts", {
+            // One leaf, whose topology has one part more than triangles would find room.
+            let mut sequence = sequences::empty_frame();
+            let part = sequence.geoms[0];
+            sequence.geoms.extend([GeomRecord { prim_count: 0, kept_count: 0, name_hash: [0; 32], ..part }; 255]);
+            sequence.names.extend(vec![String::new(); 255]);
+            broken(&rules::E0708, sequence.file())
+        }),
+    ]
+}
+
+/// Two poses whose trees are sound and whose leaves have other sizes.
+fn other_leaves() -> Vec<u8> {
+    let mesh = sequences::grid(2);
+    let bounds = |triangles: std::ops::Range<usize>| {
+        triangles.fold(bvhc::geom::Aabb::EMPTY, |b, i| b.union(mesh.triangle_box(i)))
+    };
+    let leaves = |first: usize| {
+        let at =
+            |range: std::ops::Range<usize>| Node::leaf(bounds(range.clone()), range.start as u32, range.len() as u32);
+        let nodes = vec![Node::inner(bounds(0..8), 2), zero_node(), at(0..first), at(first..8)];
+        Tree { nodes, refs: (0..8).collect() }
+    };
+    let mut sequence = Sequence::default();
+    let topology = sequence.add_topology(&mesh, &leaves(3));
+    for number in 0..2 {
+        let pose = sequence.add_pose(topology, &mesh.positions, true);
+        let placement = sequence.add_placement(&[(pose, Affine::IDENTITY)]);
+        sequence.add_frame(number, None, placement);
+    }
+    sequence.blocks[0].0[4..].copy_from_slice(&leaves(4).nodes);
+    sequence.restate_sah();
+    sequence.file()
+}
+
+/// Two triangles that share a vertex of the source, as `VERT` says, and part in the second frame.
+fn parted() -> Vec<u8> {
+    let mesh = scenes::soup(
+        "two",
+        &[[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]],
+    );
+    let mut sequence = Sequence::default();
+    let topology = sequence.add_topology(&mesh, &tree(&mesh, 1));
+    for (number, x) in [(0, 0.0), (1, -0.25)] {
+        let mut positions = mesh.positions.clone();
+        positions[3][0] = x;
+        let pose = sequence.add_pose(topology, &positions, number == 0);
+        let placement = sequence.add_placement(&[(pose, Affine::IDENTITY)]);
+        sequence.add_frame(number, None, placement);
+    }
+    sequence.vertices = sequence.triangles.iter().map(|t| [[7, 8, 9], [7, 4, 5]][t.prim as usize]).collect();
+    sequence.file()
+}
+
 /// Files that break a rule in a way that is easily overlooked.
 fn cases() -> Vec<Invalid> {
     let case = |rule, case, bytes| Invalid { case, ..broken(rule, bytes) };
@@ -493,7 +635,7 @@ const BOMB: u32 = 1 << 19;
 /// Eight nodes and half a million triangles, all zero: a few kilobytes that decode to 24 MB. `stated` is what the row of BLAS says.
 fn bomb(stated: u32) -> Vec<u8> {
     let mut image = valid::plane();
-    image.triangles = vec![bytemuck::Zeroable::zeroed(); BOMB as usize];
+    image.triangles = vec![Zeroable::zeroed(); BOMB as usize];
     image.blases[0].ref_count = stated;
     let options = WriteOptions { codec: Codec::Zstd { level: 3 }, check: false };
     to_bytes(&image, &scenes::meta(), &options, &Executor::current()).unwrap()

@@ -8,9 +8,10 @@
 pub mod bytes;
 pub mod invalid;
 pub mod scenes;
+pub mod sequences;
 pub mod valid;
 
-use bvhc::cache::Cache;
+use bvhc::cache::{Cache, Sequence, tree_flags};
 use bvhc::report::info::{FileInfo, MetaInfo};
 
 /// A file of the folder of vectors.
@@ -48,7 +49,12 @@ pub fn files() -> Vec<File> {
 
 /// What `bvhc info --json` says of the file, without its path.
 pub fn info(file: &[u8]) -> String {
-    let cache = Cache::from_bytes(file, &Default::default()).expect("a valid vector opens");
-    let info = FileInfo::new(cache.header(), cache.sections(), cache.meta().map(MetaInfo::from));
+    let info = if bytes::header(file).has(tree_flags::SEQUENCE) {
+        let sequence = Sequence::from_slice(file, &Default::default()).expect("a valid vector opens");
+        FileInfo::new(sequence.header(), sequence.sections(), sequence.meta().map(MetaInfo::from))
+    } else {
+        let cache = Cache::from_bytes(file, &Default::default()).expect("a valid vector opens");
+        FileInfo::new(cache.header(), cache.sections(), cache.meta().map(MetaInfo::from))
+    };
     serde_json::to_string_pretty(&info).expect("facts are plain data") + "\n"
 }

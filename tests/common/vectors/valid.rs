@@ -7,6 +7,7 @@ use bvhc::exec::Executor;
 
 use super::bytes::{self, file};
 use super::scenes::{self, comb, cut_in_two, one_level, parts_mesh, sheet, soup, tree, two_level};
+use super::sequences;
 
 /// One valid file.
 pub struct Valid {
@@ -33,6 +34,11 @@ pub fn all() -> Vec<Valid> {
         raw("longer-header", longer_header()),
         raw("origins", file(&origins())),
         Valid { name: "zstd", bytes: packed(), packed: true },
+        raw("sequence-refitted", sequences::refitted().file()),
+        raw("sequence-rebuilt", sequences::rebuilt().file()),
+        raw("sequence-empty-frame", sequences::empty_frame().file()),
+        raw("sequence-origins", sequences::origins().file()),
+        Valid { name: "sequence-zstd", bytes: sequences::large().packed(), packed: true },
     ]
 }
 

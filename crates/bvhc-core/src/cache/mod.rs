@@ -16,6 +16,7 @@ mod options;
 mod origin;
 #[cfg(feature = "zstd")]
 mod pack;
+mod poses;
 mod reader;
 mod report;
 pub mod rules;

@@ -10,7 +10,6 @@ use super::file_bytes::FileBytes;
 use super::options::{OpenOptions, Validation};
 use super::reader::{Cache, Opened, Places};
 use super::report::Finding;
-use super::sequence::is_of_frames;
 use super::{Meta, check};
 use crate::exec::Executor;
 use crate::layout::{SectionEntry, SectionKind, section_flags, tree_flags};
@@ -86,6 +85,11 @@ impl Opened<'static> {
 
 /// What errors call bytes that come from no file.
 pub(super) const GIVEN: &str = "the given bytes";
+
+/// The kinds of which a sequence has several sections: only a frame that needs one of them reads it.
+fn is_of_frames(kind: SectionKind) -> bool {
+    kind.rule().is_some_and(|rule| rule.ordinals > 1)
+}
 
 impl<'a> Opened<'a> {
     fn new(bytes: FileBytes<'a>, name: &str, options: &OpenOptions, exec: &Executor) -> Result<Opened<'a>, CacheError> {

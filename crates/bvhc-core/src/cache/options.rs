@@ -24,7 +24,7 @@ pub struct OpenOptions {
     /// traced, and whoever shortens it ends the process (SIGBUS). This crate's writer does neither; turn mapping off for files
     /// that others may write.
     pub mmap: bool,
-    /// Most bytes that decoded sections, and without `mmap` the file, may take.
+    /// Most bytes that decoded sections, without `mmap` the file, and of a sequence the frame that is put together may take.
     pub max_memory: u64,
 }
 

@@ -60,6 +60,12 @@ impl Opened<'_> {
         self.container.find(kind, ordinal)
     }
 
+    /// Bytes that are held in memory: the file's own where it is not mapped, and decoded sections.
+    pub(super) fn held(&self) -> u128 {
+        let decoded = self.decoded.iter().flatten().map(|section| section.as_slice().len() as u128);
+        self.bytes.owned_len() as u128 + decoded.sum::<u128>()
+    }
+
     /// The level at which the file was opened.
     pub fn validation(&self) -> Validation {
         self.validation

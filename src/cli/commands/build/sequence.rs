@@ -43,7 +43,7 @@ fn some<T>(frames: &[T]) -> impl Iterator<Item = &T> {
 /// What the frames of a sequence are read with: triangles without area stay, since they may have one in another frame.
 fn read_options(read: &ReadOptions) -> ReadOptions {
     let degenerate = if read.degenerate == Degenerate::Error { Degenerate::Error } else { Degenerate::Keep };
-    ReadOptions { degenerate, moment: None, ..read.clone() }
+    ReadOptions { degenerate, moment: None, faces: true, ..read.clone() }
 }
 
 /// A sequence always has a top level. Parts of triangles cannot follow when those move, so that no tree that may be refitted has any.

@@ -48,12 +48,12 @@ pub use vertices::check as check_vertices;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// Header, section table, tiling and both ids, and the counts that header and table both state: rules `E01xx`, E0203 and E0204, and E0302,
-    /// E0304 and E0305.
+    /// E0304, E0305 and E0308.
     Quick,
     /// And the hashes of all sections, compressed ones before and after decoding: E0201, E0202 and E0205. Where something is compressed also
     /// E0310, E0311 and E0410, since rows of `BLAS` that contradict the table are refused before anything is decoded.
     Hash,
-    /// And every record, name and provenance: the rest of `E02xx`, and `E03xx` to `E05xx`.
+    /// And every record, name and provenance: the rest of `E02xx`, `E03xx` to `E05xx`, and `E07xx`.
     Tree,
     /// And whether the triangles are those of a model: rules `E06xx`.
     Source,

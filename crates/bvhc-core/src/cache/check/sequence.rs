@@ -4,17 +4,20 @@ use std::collections::BTreeMap;
 
 use super::boxes::{bits, show};
 use super::content::{check_records, check_top};
-use super::{Limits, instances, provenance, records, sides, vertices};
+use super::{Bits, Limits, instances, provenance, records, sides, vertices};
 use crate::cache::container::{Container, First};
+use crate::cache::poses::{Posed, Rows, parts_of};
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
-use crate::cache::sequence::{Posed, Rows, parts_of};
 use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::layout::{
     BlasRecord, FrameRecord, GeomRecord, IndexedTriangleRecord, InstanceRecord, Node, PoseRecord, SectionKind,
     TopologyRecord, View, tree_flags,
 };
+
+/// Poses that are looked at before what was found is put together. A constant: findings stand in the same order for any number of threads.
+const BATCH: usize = 32;
 
 /// The sections of a sequence as records.
 struct Content<'a> {
@@ -60,13 +63,16 @@ pub fn check<'a>(
         out.add(&rules::E0321, Place::section(SectionKind::VERT), || (expected, actual));
     }
 
-    // Poses of small trees share the cores, a large one divides its nodes among them.
+    content.topologies.iter().enumerate().for_each(|(i, topology)| check_corners(&content, i, topology, out));
+
+    // Poses of small trees share the cores, a large one divides its nodes among them. What was found is put together every few poses: a
+    // small file has many, and of each much may be wrong.
     let parts = parts_of(content.geoms, content.topologies.len());
     let mut first_of = BTreeMap::new();
     for (number, pose) in content.poses.iter().enumerate() {
         first_of.entry(pose.topology).or_insert(number);
     }
-    let reports = exec.map_range(content.poses.len(), |number| {
+    let look = |number: usize| {
         let mut part = Report::new(limits.max_issues);
         let Some(posed) = content.posed(number) else { return part };
         if let Some(first) = first_of.get(&posed.pose.topology).filter(|first| **first != number) {
@@ -76,8 +82,11 @@ pub fn check<'a>(
         let vertices = vertices.and_then(|all| all.get(start..start + posed.corners.len()));
         check_pose((&posed, vertices), number, &parts[posed.pose.topology as usize], limits, &mut part, exec);
         part
-    });
-    reports.into_iter().for_each(|report| out.append(report));
+    };
+    for start in (0..content.poses.len()).step_by(BATCH) {
+        let reports = exec.map_range(BATCH.min(content.poses.len() - start), |k| look(start + k));
+        reports.into_iter().for_each(|report| out.append(report));
+    }
 
     let blases: Vec<BlasRecord> =
         (0..content.poses.len()).filter_map(|number| content.posed(number)).map(|posed| posed.blas(0, 0)).collect();
@@ -149,6 +158,20 @@ impl<'a> Content<'a> {
             corners: self.corners.get(piece(topology.ref_offset, topology.ref_count))?,
             geoms: self.geoms,
         })
+    }
+}
+
+/// Every vertex of a topology is a corner. Corners that are no vertex have a rule of their own.
+fn check_corners(content: &Content<'_>, number: usize, topology: &TopologyRecord, out: &mut Report) {
+    let place = Place::record(SectionKind::TOPO, number as u64);
+    let Some(mut used) = Bits::new(topology.vertex_count.into()) else {
+        return out.starve(place, &format!("Whether every vertex of topology {number} is a corner"));
+    };
+    let start = topology.ref_offset as usize; // the rows were asked before
+    let mine = content.corners.get(start..start + topology.ref_count as usize).unwrap_or_default();
+    mine.iter().flat_map(|triangle| triangle.corners).for_each(|vertex| _ = used.set(vertex.into()));
+    for vertex in (0..u64::from(topology.vertex_count)).filter(|vertex| !used.get(*vertex)) {
+        out.add(&rules::E0709, place, || ("one".into(), vertex.to_string()));
     }
 }
 
@@ -249,7 +272,9 @@ fn check_header(container: &Container, content: &Content<'_>, depth: Option<u32>
     }
     let roots = content.placements.iter().filter_map(|(nodes, _)| nodes.first());
     let all = roots.map(Node::bounds).reduce(Aabb::union).unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] });
-    if bits(&all) != bits(&header.scene_bounds()) {
+    // Which zero a union takes is nobody's choice.
+    let unsigned = |b: &Aabb| Aabb { min: b.min.map(|c| c + 0.0), max: b.max.map(|c| c + 0.0) };
+    if bits(&unsigned(&all)) != bits(&unsigned(&header.scene_bounds())) {
         out.add(&rules::E0307, Place::byte(200), || (show(&all), show(&header.scene_bounds())));
     }
 }

@@ -5,7 +5,9 @@ use bytemuck::{Zeroable, bytes_of_mut};
 use super::{First, Sink, hex};
 use crate::cache::report::{Finding, Place};
 use crate::cache::rules;
-use crate::layout::{Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MINOR, required_features, tree_flags};
+use crate::layout::{
+    Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MINOR, SEQUENCE_MIN_MINOR, required_features, tree_flags,
+};
 
 /// Read the header. The walk breaks where the bytes may mean something else than they seem to.
 pub fn read(file: &[u8], out: &mut impl Sink) -> ControlFlow<(), Header> {
@@ -41,6 +43,10 @@ pub fn read(file: &[u8], out: &mut impl Sink) -> ControlFlow<(), Header> {
     if header.has(tree_flags::SEQUENCE) != (header.features_required & required_features::SEQUENCE != 0) {
         let expected = "SEQUENCE (0x8) must be set exactly with the required feature 0";
         out.breach(&rules::E0126, Place::byte(56), || (expected.into(), format!("{:#x}", header.tree_flags)))?;
+    }
+    if header.has(tree_flags::SEQUENCE) && header.min_minor < SEQUENCE_MIN_MINOR {
+        let (expected, actual) = (SEQUENCE_MIN_MINOR.to_string(), header.min_minor.to_string());
+        out.breach(&rules::E0130, Place::byte(12), || (expected, actual))?;
     }
     ControlFlow::Continue(header)
 }

@@ -109,6 +109,10 @@ rules! {
     E0129 "section-too-large", "a section is larger than its type may be",
         "at most {expected}, but {actual}", "11-safety",
         means "It is refused before anything is sized by it.", because FOREIGN_WRITER, remedy Rebuild;
+    E0130 "sequence-version", "a file of many frames says that a reader can read it that knows no sequences",
+        "min_minor of a sequence must be at least {expected}, it is {actual}", "12-versions",
+        means "A reader that goes by the version alone would take the file for a broken one, and not for one that it cannot read.",
+        because FOREIGN_WRITER, remedy Rebuild;
     W0101 "unchecked-section", "a section is of a kind that this version cannot read",
         "known are {expected}; {actual} was hashed but not looked into", "3-section-table",
         means "The file is usable: the section says of itself that it may be skipped.",

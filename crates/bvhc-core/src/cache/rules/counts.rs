@@ -6,13 +6,13 @@ rules! {
     E0301 "node-total", "the header's node count is not the sum over the trees",
         "node_count must be {expected}, the header states {actual}", "2-header",
         means "What is told of the file without reading its trees is wrong.", because FOREIGN_WRITER, remedy Rebuild;
-    E0302 "ref-total", "the header's reference count is not the number of TRIS records",
+    E0302 "ref-total", "the header's reference count is not the number of TRIS records, in a sequence of TRIX records",
         "ref_count must be {expected}, the header states {actual}", "2-header",
         means "What is told of the file without reading its trees is wrong.", because FOREIGN_WRITER, remedy Rebuild;
     E0303 "prim-total", "the header's triangle count is not the sum over the trees",
         "prim_count must be {expected}, the header states {actual}", "2-header",
         means "What is told of the file without reading its trees is wrong.", because FOREIGN_WRITER, remedy Rebuild;
-    E0304 "blas-total", "the header's tree count is not the number of BLAS records",
+    E0304 "blas-total", "the header's tree count is not the number of BLAS records, in a sequence of TOPO records",
         "blas_count must be {expected}, the header states {actual}", "2-header",
         means "What is told of the file without reading its trees is wrong.", because FOREIGN_WRITER, remedy Rebuild;
     E0305 "instance-total", "the header's instance count is not the number of INST records",
@@ -26,9 +26,9 @@ rules! {
         "scene_bounds must be {expected}, the header states {actual}", "2-header",
         means "A renderer that places cameras or clips rays by this box would be wrong.",
         because FOREIGN_WRITER, remedy Rebuild;
-    E0308 "frame-total", "the header states frames in a file without a sequence",
+    E0308 "frame-total", "the header's frame count is not the number of FRAM records",
         "frame_count must be {expected}, the header states {actual}", "2-header",
-        means "This version writes and reads single frames.", because FOREIGN_WRITER, remedy Rebuild;
+        means "What is told of the file without reading its trees is wrong.", because FOREIGN_WRITER, remedy Rebuild;
     E0309 "flags-against-content", "the header's tree flags are not what the trees are",
         "tree_flags must be {expected}, the header states {actual}", "2-header",
         means "A reader would refit a file with clipped boxes, or miss the top level.",
@@ -70,7 +70,7 @@ rules! {
     E0320 "part-name", "a part's name does not have the hash that GEOM states",
         "name_hash must be {expected}, GEOM states {actual}", "7-nams",
         means "Parts would be shown under the wrong names.", because FOREIGN_WRITER, remedy Rebuild;
-    E0321 "vertex-count", "VERT has another number of records than TRIS",
+    E0321 "vertex-count", "VERT has another number of records than TRIS, in a sequence than TRIX",
         "VERT must have {expected} records, it has {actual}", "1031-vert-12-bytes",
         means "The vertices of a hit's triangle could not be found.", because FOREIGN_WRITER, remedy Rebuild;
     E0322 "vertex-copies", "copies of one triangle have different vertices",

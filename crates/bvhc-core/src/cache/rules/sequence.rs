@@ -9,7 +9,7 @@ rules! {
     E0702 "pose-range", "a pose names a topology that is not there, or the poses do not tile their blocks in order",
         "the pose must name {expected}, POSE states {actual}", "56-sequences",
         means "A frame would show another pose's boxes and vertices, or none.", because FOREIGN_WRITER, remedy Rebuild;
-    E0703 "frame-row", "a frame is out of order, shows a placement that is not there, or has no proper time",
+    E0703 "frame-row", "a frame is out of order, shows a placement that is not there or not the one that it holds, or has no proper time",
         "the frame must have {expected}, FRAM states {actual}", "56-sequences",
         means "A frame could not be found by its number, or would show nothing.", because FOREIGN_WRITER, remedy Rebuild;
     E0704 "corner-number", "a triangle has a corner that its topology does not have",
@@ -26,6 +26,13 @@ rules! {
     E0707 "topology-without-pose", "a topology has no pose",
         "each topology has at least {expected} pose, topology {actual} has none", "56-sequences",
         means "The shape of its tree is nowhere, and its triangles can never be hit.",
+        because FOREIGN_WRITER, remedy Rebuild;
+    E0708 "topology-size", "a topology is empty, or has more triangles or parts than its leaves can hold",
+        "the topology must have {expected}, it has {actual}", "56-sequences",
+        means "A few bytes for each pose could make a frame that fills memory.", because FOREIGN_WRITER, remedy Rebuild;
+    E0709 "vertex-unused", "a topology has a vertex that is no corner",
+        "each vertex must be a corner of at least {expected} triangle, vertex {actual} is of none", "56-sequences",
+        means "It takes space in every pose, and nothing that is asked of corners is asked of it.",
         because FOREIGN_WRITER, remedy Rebuild;
     W0701 "unshown-placement", "no frame shows a placement",
         "each placement is shown by at least {expected} frame, placement {actual} by none", "56-sequences",

@@ -2,12 +2,12 @@ use std::borrow::Cow;
 use std::sync::atomic::Ordering;
 
 use super::Frames;
-use super::pose::Posed;
 use crate::cache::Validation;
 use crate::cache::check::{self, Limits};
 use crate::cache::container::First;
 use crate::cache::decode::{Decoded, check_stored, unpack};
 use crate::cache::error::{CacheError, Fault};
+use crate::cache::poses::Posed;
 use crate::cache::report::{Finding, Place};
 use crate::cache::rules::{self, Rule};
 use crate::exec::Executor;
@@ -68,6 +68,17 @@ impl Frame<'_> {
     }
 }
 
+/// What a frame shows, in records.
+#[derive(Default)]
+struct Total {
+    trees: usize,
+    nodes: usize,
+    triangles: usize,
+    parts: usize,
+    /// Bytes of the largest of its blocks that is packed: one is held at a time.
+    block: u128,
+}
+
 impl Frames<'_> {
     /// One frame, counted from 0, as the sequence was opened: at [`Validation::Hash`] the bytes that it needs are hashed when the first frame needs
     /// them, at [`Validation::Tree`] the frame's records are checked.
@@ -126,16 +137,21 @@ impl Frames<'_> {
             instance.blas = poses.partition_point(|pose| *pose < instance.blas) as u32;
         }
 
+        let total = self.total(&poses);
+        let needed = self.bytes_needed(&total, [tnod, inst]);
+        if needed > u128::from(self.max_memory) {
+            return Err(Fault::Memory { needed, limit: self.max_memory });
+        }
         let mut frame = Frame {
             record,
             nodes: Cow::Borrowed(&[]),
-            triangles: Vec::new(),
-            geoms: Vec::new(),
+            triangles: Vec::with_capacity(total.triangles),
+            geoms: Vec::with_capacity(total.parts),
             blases: Vec::with_capacity(poses.len()),
             tlas_nodes,
             instances,
             poses,
-            parts: Vec::new(),
+            parts: Vec::with_capacity(total.parts),
         };
         // A block holds several poses, which follow each other: it is fetched once.
         let mut block: Option<(u32, [Decoded<'_>; 2])> = None;
@@ -168,7 +184,11 @@ impl Frames<'_> {
                 Some((_, [Decoded::InFile(bytes), _])) if frame.poses.len() == 1 => {
                     frame.nodes = Cow::Borrowed(records(bytes).get(starts..starts + len).unwrap_or_default());
                 }
-                _ => frame.nodes.to_mut().extend_from_slice(posed.nodes),
+                _ => {
+                    let nodes = frame.nodes.to_mut();
+                    nodes.reserve_exact(total.nodes - nodes.len());
+                    nodes.extend_from_slice(posed.nodes);
+                }
             }
         }
         if self.validation() >= Validation::Tree {
@@ -176,6 +196,38 @@ impl Frames<'_> {
             Fault::of_report(&check::check_records(&frame.view(), frame.tree_flags(), None, &limits, exec))?;
         }
         Ok(frame)
+    }
+
+    /// What poses come to, each shown once. Rows that lead nowhere count for nothing.
+    fn total(&self, poses: &[u32]) -> Total {
+        let mut total = Total { trees: poses.len(), ..Total::default() };
+        for pose in poses.iter().filter_map(|pose| self.poses().get(*pose as usize)) {
+            let number = pose.topology as usize;
+            let Some((topology, parts)) = self.topologies().get(number).zip(self.parts.get(number)) else { continue };
+            total.nodes = total.nodes.saturating_add(topology.node_count as usize);
+            total.triangles = total.triangles.saturating_add(topology.ref_count as usize);
+            total.parts = total.parts.saturating_add(parts.len());
+            let block = self.blocks.get(pose.block as usize).map_or(0, |entries| self.unpacked(*entries));
+            total.block = total.block.max(block);
+        }
+        total
+    }
+
+    /// Bytes that two sections take once they are decoded, where they are packed.
+    fn unpacked(&self, entries: [usize; 2]) -> u128 {
+        let entries = entries.iter().filter_map(|i| self.sections().get(*i));
+        entries.filter(|e| e.codec == SectionEntry::ZSTD).map(|e| u128::from(e.raw_len)).sum()
+    }
+
+    /// Bytes that a frame takes while it is put together, with those that are held already. Poses of a few bytes may show many triangles, so this does
+    /// not follow from the file's length.
+    fn bytes_needed(&self, total: &Total, placement: [usize; 2]) -> u128 {
+        let trees = total.trees * size_of::<BlasRecord>() + total.parts.saturating_mul(size_of::<GeomRecord>() + 4);
+        let nodes = total.nodes.saturating_mul(size_of::<Node>());
+        let triangles = total.triangles.saturating_mul(size_of::<TriangleRecord>());
+        let instances = self.sections().get(placement[1]).map_or(0, |e| u128::from(e.raw_len));
+        let shown = [trees, nodes, triangles].map(|bytes| bytes as u128).iter().sum::<u128>();
+        self.file.held() + shown + total.block + instances + self.unpacked(placement)
     }
 
     /// A pose and its parts of a block that was fetched.

@@ -1,29 +1,23 @@
 //! Files of many frames: opened once, and each frame handed out as the slices that traversal reads.
 //!
 //! ```text
-//! open: front, and the rows of TOPO, TRIX, POSE, FRAM and GEOM     rows
-//! frame(n): placement ─▶ poses ─▶ triangles with corners           pose, frame
+//! open: front, and the rows of TOPO, TRIX, POSE, FRAM and GEOM     open
+//! frame(n): placement ─▶ poses ─▶ triangles with corners           frame
 //! ```
 //!
 //! What a frame does not show is neither hashed, decoded nor touched when it is opened.
 
 mod frame;
 mod open;
-mod pose;
-mod rows;
 
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
 use super::reader::Opened;
 use super::{Header, Meta, Validation};
-use crate::layout::{
-    FrameRecord, GeomRecord, IndexedTriangleRecord, Names, PoseRecord, SectionEntry, SectionKind, TopologyRecord,
-};
+use crate::layout::{FrameRecord, GeomRecord, IndexedTriangleRecord, Names, PoseRecord, SectionEntry, TopologyRecord};
 
 pub use frame::Frame;
-pub(super) use pose::Posed;
-pub(super) use rows::{Rows, parts_of};
 
 /// An open file of many frames that owns or maps its bytes.
 pub type Sequence = Frames<'static>;
@@ -148,11 +142,6 @@ impl std::fmt::Debug for Frames<'_> {
             .field("frames", &self.frames())
             .finish_non_exhaustive()
     }
-}
-
-/// The kinds of which a sequence has several sections: only a frame that needs one of them reads it.
-pub(super) fn is_of_frames(kind: SectionKind) -> bool {
-    kind.rule().is_some_and(|rule| rule.ordinals > 1)
 }
 
 /// Renderers share one file between threads.

@@ -1,13 +1,13 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use super::rows::{Rows, parts_of};
 use super::{Frames, Sequence};
 use crate::cache::container::First;
 use crate::cache::error::{CacheError, Fault};
 use crate::cache::file_bytes::FileBytes;
 use crate::cache::open::GIVEN;
 use crate::cache::options::OpenOptions;
+use crate::cache::poses::{Rows, parts_of};
 use crate::cache::reader::Opened;
 use crate::exec::Executor;
 use crate::layout::{SectionKind, tree_flags};

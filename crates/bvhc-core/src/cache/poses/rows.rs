@@ -3,7 +3,7 @@ use std::ops::{ControlFlow, Range};
 use crate::cache::container::Sink;
 use crate::cache::report::Place;
 use crate::cache::rules;
-use crate::layout::{FrameRecord, GeomRecord, PoseRecord, SectionKind, TopologyRecord};
+use crate::layout::{FrameRecord, GeomRecord, MAX_LEAF, PoseRecord, SectionKind, TopologyRecord};
 
 /// The rows of a sequence and how much there is of what they point into.
 pub struct Rows<'a> {
@@ -24,7 +24,8 @@ impl Rows<'_> {
         self.check_topologies(out)?;
         self.check_poses(out)?;
         self.check_frames(out)?;
-        self.check_geoms(out)
+        self.check_geoms(out)?;
+        self.check_sizes(out)
     }
 
     fn check_topologies(&self, out: &mut impl Sink) -> ControlFlow<()> {
@@ -44,6 +45,25 @@ impl Rows<'_> {
             let ends =
                 (format!("(all topologies) 0 and end at {}", self.triangles), format!("that the last ends at {end}"));
             out.breach(&rules::E0701, last, || ends)?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// A pose takes bytes for its nodes and vertices alone, and a frame repeats the triangles and parts of its topology for each pose. So these are held
+    /// against the nodes: what is made of a file stays linear in its length.
+    fn check_sizes(&self, out: &mut impl Sink) -> ControlFlow<()> {
+        let parts = parts_of(self.geoms, self.topologies.len());
+        for (i, (row, parts)) in self.topologies.iter().zip(&parts).enumerate() {
+            // A root, an unused record and pairs: half of the records are leaves.
+            let most = u64::from(row.node_count / 2) * u64::from(MAX_LEAF);
+            let fits = |count: u64| (1..=most).contains(&count);
+            let even = row.node_count.is_multiple_of(2) && row.node_count < 1 << 31;
+            let (refs, parts) = (u64::from(row.ref_count), u64::from(parts.end - parts.start));
+            if !even || !fits(refs) || !fits(parts) {
+                let expected = format!("an even number of nodes, and 1 to {most} triangles and parts");
+                let actual = format!("{} nodes, {refs} triangles and {parts} parts", row.node_count);
+                out.breach(&rules::E0708, Place::record(SectionKind::TOPO, i as u64), || (expected, actual))?;
+            }
         }
         ControlFlow::Continue(())
     }
@@ -94,16 +114,22 @@ impl Rows<'_> {
 
     fn check_frames(&self, out: &mut impl Sink) -> ControlFlow<()> {
         let mut shown = vec![false; self.placements]; // as many as there are sections in the file
-        let mut before = None;
+        let mut before: Option<&FrameRecord> = None;
         for (i, frame) in self.frames.iter().enumerate() {
             let place = Place::record(SectionKind::FRAM, i as u64);
             let known = FrameRecord::TIMED | FrameRecord::HELD;
             reserved(frame.reserved == [0; 4] && frame.flags & !known == 0, place, out)?;
-            if before.is_some_and(|before| before >= frame.number) {
-                let expected = format!("a number > {}", before.unwrap_or_default());
+            if let Some(before) = before.filter(|before| before.number >= frame.number) {
+                let expected = format!("a number > {}", before.number);
                 out.breach(&rules::E0703, place, || (expected, frame.number.to_string()))?;
             }
-            before = Some(frame.number);
+            if frame.flags & FrameRecord::HELD != 0 && before.map(|b| b.placement) != Some(frame.placement) {
+                let expected = before.map_or("a frame before it to hold".into(), |b| {
+                    format!("placement {}, which it holds", b.placement)
+                });
+                out.breach(&rules::E0703, place, || (expected, format!("placement {}", frame.placement)))?;
+            }
+            before = Some(frame);
             match shown.get_mut(frame.placement as usize) {
                 Some(shown) => *shown = true,
                 None => {

@@ -1,0 +1,406 @@
+//! Files of many frames, put together record by record.
+
+use bvhc::cache::parts::{encode_names, pack};
+use bvhc::cache::{
+    FrameRecord, GeomRecord, Header, IndexedTriangleRecord, InstanceRecord, KINDS, MAGIC, MAJOR, PoseRecord,
+    SEQUENCE_MIN_MINOR, SectionEntry, SectionKind, TopologyRecord, required_features, tree_flags,
+};
+use bvhc::exec::Executor;
+use bvhc::geom::{Aabb, Affine, Point};
+use bvhc::scene::{Instance, Mesh, Part};
+use bvhc::tree::{Node, Tree, max_depth, quality, refit};
+use bytemuck::{Pod, Zeroable, bytes_of, cast_slice};
+
+use super::bytes::put_together;
+use super::scenes::{self, one_level, pile, tree, with_top};
+
+/// The content of a file of many frames.
+#[derive(Clone, Default)]
+pub struct Sequence {
+    pub topologies: Vec<TopologyRecord>,
+    pub triangles: Vec<IndexedTriangleRecord>,
+    pub geoms: Vec<GeomRecord>,
+    pub poses: Vec<PoseRecord>,
+    pub frames: Vec<FrameRecord>,
+    /// `NODE` and `VPOS`.
+    pub blocks: Vec<(Vec<Node>, Vec<Point>)>,
+    /// `TNOD` and `INST`.
+    pub placements: Vec<(Vec<Node>, Vec<InstanceRecord>)>,
+    pub names: Vec<String>,
+    pub materials: Vec<String>,
+    pub sides: Vec<u32>,
+    pub vertices: Vec<[u32; 3]>,
+    /// For each topology its mesh and tree, and which vertex of the mesh each of its own is.
+    built: Vec<(Mesh, Tree, Vec<u32>)>,
+    /// For each pose its mesh as it stands, and its tree.
+    posed: Vec<(Mesh, Tree)>,
+}
+
+impl Sequence {
+    /// A tree over a mesh. Vertices are numbered as the leaves first use them.
+    pub fn add_topology(&mut self, mesh: &Mesh, tree: &Tree) -> u32 {
+        let number = self.topologies.len() as u32;
+        let image = one_level(mesh.clone(), tree.clone());
+        let first = self.geoms.len() as u32;
+        let mut sources: Vec<u32> = Vec::new();
+        let ref_offset = self.triangles.len() as u64;
+        for (record, r) in image.triangles.iter().zip(&tree.refs) {
+            let corners = mesh.triangles[*r as usize].map(|v| {
+                let known = sources.iter().position(|s| *s == v);
+                known.unwrap_or_else(|| {
+                    sources.push(v);
+                    sources.len() - 1
+                }) as u32
+            });
+            let (prim, flags) = (record.prim, record.flags);
+            self.triangles.push(IndexedTriangleRecord { corners, prim, geom: record.geom + first, flags });
+        }
+        self.topologies.push(TopologyRecord {
+            ref_offset,
+            ref_count: tree.refs.len() as u32,
+            node_count: tree.nodes.len() as u32,
+            vertex_count: sources.len() as u32,
+            prim_count: image.blases[0].prim_count,
+            max_depth: max_depth(&tree.nodes),
+            flags: image.blases[0].flags,
+            reserved: [0; 8],
+        });
+        self.geoms.extend(image.geoms.iter().map(|geom| GeomRecord { blas: number, ..*geom }));
+        self.names.extend(image.names);
+        self.built.push((mesh.clone(), tree.clone(), sources));
+        number
+    }
+
+    /// A topology where its mesh's vertices stand: with the boxes that it was built with where `key`, otherwise refitted.
+    pub fn add_pose(&mut self, topology: u32, positions: &[Point], key: bool) -> u32 {
+        let (mesh, tree, sources) = &self.built[topology as usize];
+        let (mut mesh, mut tree) = (mesh.clone(), tree.clone());
+        mesh.positions = positions.to_vec();
+        if !key {
+            refit(&mut tree.nodes, |slot| mesh.corners(tree.refs[slot] as usize));
+        }
+        if self.blocks.is_empty() {
+            self.blocks.push(Default::default());
+        }
+        let block = self.blocks.len() as u32 - 1;
+        let (nodes, vertices) = &mut self.blocks[block as usize];
+        self.poses.push(PoseRecord {
+            min: tree.nodes[0].min,
+            topology,
+            max: tree.nodes[0].max,
+            block,
+            node_offset: nodes.len() as u64,
+            vertex_offset: vertices.len() as u64,
+            sah: quality::sah(&tree.nodes),
+            flags: if key { PoseRecord::KEY } else { 0 },
+            reserved: [0; 2],
+        });
+        nodes.extend(&tree.nodes);
+        vertices.extend(sources.iter().map(|v| positions[*v as usize]));
+        self.posed.push((mesh, tree));
+        self.poses.len() as u32 - 1
+    }
+
+    /// The next poses stand in a block of their own.
+    pub fn next_block(&mut self) {
+        self.blocks.push(Default::default());
+    }
+
+    /// What stands where. Its number.
+    pub fn add_placement(&mut self, shown: &[(u32, Affine)]) -> u32 {
+        let (meshes, trees): (Vec<Mesh>, Vec<Tree>) =
+            shown.iter().map(|(pose, _)| self.posed[*pose as usize].clone()).unzip();
+        let place = |(i, (_, transform)): (usize, &(u32, Affine))| Instance {
+            mesh: i as u32,
+            transform: *transform,
+            node: i as u32,
+            name: String::new(),
+        };
+        let instances = shown.iter().enumerate().map(place).collect();
+        let image = bvhc::cache::Image::new(&with_top(meshes, trees, instances), &Executor::current()).unwrap();
+        let named = |i: &InstanceRecord| InstanceRecord { blas: shown[i.blas as usize].0, ..*i };
+        self.placements.push((image.tlas_nodes, image.instances.iter().map(named).collect()));
+        self.placements.len() as u32 - 1
+    }
+
+    pub fn add_frame(&mut self, number: i32, time: Option<f32>, placement: u32) {
+        let flags = if time.is_some() { FrameRecord::TIMED } else { 0 };
+        self.frames.push(FrameRecord { number, placement, time: time.unwrap_or(0.0), flags, reserved: [0; 4] });
+    }
+
+    /// State the SAH of each pose anew after its nodes were edited.
+    pub fn restate_sah(&mut self) {
+        for pose in &mut self.poses {
+            let start = pose.node_offset as usize;
+            let count = self.topologies[pose.topology as usize].node_count as usize;
+            pose.sah = quality::sah(&self.blocks[pose.block as usize].0[start..start + count]);
+        }
+    }
+
+    /// The file, with every vector's META, and all hashes right.
+    pub fn file(&self) -> Vec<u8> {
+        put_together(self.header(), self.sections())
+    }
+
+    /// The file with every section packed that gains by it.
+    pub fn packed(&self) -> Vec<u8> {
+        let mut sections = self.sections();
+        for (entry, data) in &mut sections {
+            if let Ok(Some(packed)) = pack(data, 3, &Executor::current()) {
+                (entry.codec, entry.raw_hash) = (SectionEntry::ZSTD, *blake3::hash(data).as_bytes());
+                *data = packed;
+            }
+        }
+        put_together(self.header(), sections)
+    }
+
+    fn header(&self) -> Header {
+        let live = |records: usize| records.saturating_sub(1) as u64;
+        let roots = self.placements.iter().filter_map(|(nodes, _)| nodes.first());
+        let bounds = roots.map(Node::bounds).reduce(Aabb::union).unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] });
+        let nodes_of = |pose: &PoseRecord| self.topologies.get(pose.topology as usize).map_or(0, |t| t.node_count);
+        let split = self.topologies.iter().any(|t| t.flags & tree_flags::DUP_REFS != 0);
+        let kind = if split { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE };
+        let tops = || self.placements.iter().map(|(nodes, _)| nodes);
+        let depths = self.topologies.iter().map(|t| t.max_depth).chain(tops().map(|nodes| max_depth(nodes)));
+        Header {
+            magic: MAGIC,
+            major: MAJOR,
+            minor: SEQUENCE_MIN_MINOR,
+            min_minor: SEQUENCE_MIN_MINOR,
+            header_len: Header::LEN as u16,
+            features_required: required_features::SEQUENCE,
+            section_entry_len: SectionEntry::LEN as u32,
+            section_table_off: Header::LEN as u64,
+            tree_flags: tree_flags::CANONICAL_DFS | tree_flags::SEQUENCE | tree_flags::TWO_LEVEL | kind,
+            builder_id: 1,
+            build_key: scenes::meta().build_key(),
+            prim_count: self.topologies.iter().map(|t| u64::from(t.prim_count)).sum(),
+            ref_count: self.triangles.len() as u64,
+            node_count: self.poses.iter().map(|p| live(nodes_of(p) as usize)).sum::<u64>()
+                + tops().map(|nodes| live(nodes.len())).sum::<u64>(),
+            blas_count: self.topologies.len() as u32,
+            instance_count: self.placements.iter().map(|(_, instances)| instances.len() as u32).sum(),
+            frame_count: self.frames.len() as u32,
+            max_depth: depths.max().unwrap_or(0),
+            scene_min: bounds.min,
+            scene_max: bounds.max,
+            ..Header::zeroed()
+        }
+    }
+
+    fn sections(&self) -> Vec<(SectionEntry, Vec<u8>)> {
+        fn all<'a, T: Pod>(of: impl Iterator<Item = &'a Vec<T>>) -> Vec<(u64, Vec<u8>)> {
+            of.map(|records| (records.len() as u64, cast_slice(records).to_vec())).collect()
+        }
+        let one = |bytes: &[u8], count: usize| vec![(count as u64, bytes.to_vec())];
+        let texts = |names: &[String]| match names.iter().all(String::is_empty) {
+            true => Vec::new(),
+            false => one(&encode_names(names).unwrap(), names.len()),
+        };
+        let empty = || std::iter::once((Vec::new(), Vec::new()));
+        let empty_block: Vec<(Vec<Node>, Vec<Point>)> = empty().collect();
+        let blocks = if self.blocks.is_empty() { &empty_block } else { &self.blocks };
+        let mut sections = Vec::new();
+        for rule in &KINDS {
+            let data = match rule.kind {
+                SectionKind::NODE => all(blocks.iter().map(|(nodes, _)| nodes)),
+                SectionKind::VPOS => all(blocks.iter().map(|(_, vertices)| vertices)),
+                SectionKind::TNOD => all(self.placements.iter().map(|(nodes, _)| nodes)),
+                SectionKind::INST => all(self.placements.iter().map(|(_, instances)| instances)),
+                SectionKind::GEOM => one(cast_slice(&self.geoms), self.geoms.len()),
+                SectionKind::TOPO => one(cast_slice(&self.topologies), self.topologies.len()),
+                SectionKind::TRIX => one(cast_slice(&self.triangles), self.triangles.len()),
+                SectionKind::POSE => one(cast_slice(&self.poses), self.poses.len()),
+                SectionKind::FRAM => one(cast_slice(&self.frames), self.frames.len()),
+                SectionKind::VERT if !self.vertices.is_empty() => one(cast_slice(&self.vertices), self.vertices.len()),
+                SectionKind::SIDE if !self.sides.is_empty() => one(cast_slice(&self.sides), self.sides.len()),
+                SectionKind::NAMS => texts(&self.names),
+                SectionKind::MATS => texts(&self.materials),
+                SectionKind::META => one(&scenes::meta().encode().unwrap(), 0),
+                _ => Vec::new(),
+            };
+            for (ordinal, (elem_count, data)) in (0..).zip(data) {
+                let entry = SectionEntry {
+                    kind: rule.kind,
+                    ordinal,
+                    flags: rule.flags,
+                    schema: rule.schema,
+                    align_log2: SectionEntry::MIN_ALIGN_LOG2,
+                    raw_len: data.len() as u64,
+                    elem_count,
+                    elem_size: rule.elem_size,
+                    ..SectionEntry::zeroed()
+                };
+                sections.push((entry, data));
+            }
+        }
+        sections
+    }
+}
+
+/// `2·n·n` triangles that share `(n + 1)²` vertices.
+pub fn grid(n: u32) -> Mesh {
+    let at = |x: u32, y: u32| y * (n + 1) + x;
+    let cell = |c: u32| {
+        let (x, y) = (c % n, c / n);
+        [[at(x, y), at(x + 1, y), at(x + 1, y + 1)], [at(x, y), at(x + 1, y + 1), at(x, y + 1)]]
+    };
+    let count = 2 * n * n;
+    Mesh {
+        name: "grid".into(),
+        positions: wave(n, 0.0),
+        triangles: (0..n * n).flat_map(cell).collect(),
+        parts: vec![Part { name: "grid".into(), triangle_count: count, prim_count: count, ..Part::default() }],
+        ..Mesh::default()
+    }
+}
+
+/// The vertices of a grid that waves by `height`: multiples of it, so that every machine has the same.
+pub fn wave(n: u32, height: f32) -> Vec<Point> {
+    let at = |i: u32| [(i % (n + 1)) as f32, (i / (n + 1)) as f32, height * ((i * 7) % 5) as f32];
+    (0..(n + 1) * (n + 1)).map(at).collect()
+}
+
+/// The first row of leaves goes to the far side: what were neighbours are far apart.
+fn torn(n: u32) -> Vec<Point> {
+    let mut positions = wave(n, 0.0);
+    positions.iter_mut().filter(|p| (p[0] + p[1]) % 2.0 == 0.0).for_each(|p| p[2] += 64.0);
+    positions
+}
+
+fn moved(x: f64, y: f64) -> Affine {
+    Affine::translation([x, y, 0.0])
+}
+
+/// Two frames: a grid that lies flat, and the same tree fitted to its waves.
+pub fn refitted() -> Sequence {
+    let mut sequence = Sequence::default();
+    let mesh = grid(2);
+    let topology = sequence.add_topology(&mesh, &tree(&mesh, 1));
+    for (number, height) in [(1, 0.0), (2, 0.5)] {
+        if number > 1 {
+            sequence.next_block();
+        }
+        let pose = sequence.add_pose(topology, &wave(2, height), number == 1);
+        let placement = sequence.add_placement(&[(pose, Affine::IDENTITY)]);
+        sequence.add_frame(number, None, placement);
+    }
+    sequence
+}
+
+/// Three frames with times: a grid and a pile; both moved as a whole; and the grid torn, with a tree of its own, and mirrored.
+pub fn rebuilt() -> Sequence {
+    let mut sequence = Sequence::default();
+    let (mesh, other) = (grid(2), pile(3));
+    let first = sequence.add_topology(&mesh, &tree(&mesh, 2));
+    let second = sequence.add_topology(&other, &tree(&other, 2));
+    let poses = [sequence.add_pose(first, &mesh.positions, true), sequence.add_pose(second, &other.positions, true)];
+    let mut torn_mesh = mesh;
+    torn_mesh.positions = torn(2);
+    let third = sequence.add_topology(&torn_mesh, &tree(&torn_mesh, 1));
+    sequence.next_block();
+    let last = sequence.add_pose(third, &torn_mesh.positions, true);
+    let mirror = Affine { rows: [[-1.0, 0.0, 0.0, 9.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] };
+    let shown = [
+        vec![(poses[0], Affine::IDENTITY), (poses[1], moved(5.0, 0.0))],
+        vec![(poses[0], moved(0.0, 8.0)), (poses[1], moved(5.0, 4.0)), (poses[1], moved(7.0, 4.0))],
+        vec![(last, mirror), (poses[1], moved(5.0, 4.0))],
+    ];
+    for (i, shown) in (0..).zip(&shown) {
+        let placement = sequence.add_placement(shown);
+        sequence.add_frame(i - 1, Some(i as f32 * 0.5), placement);
+    }
+    sequence
+}
+
+/// A frame that shows nothing, one that shows a grid, and one that holds it; the numbers have a hole.
+pub fn empty_frame() -> Sequence {
+    let mut sequence = Sequence::default();
+    let nothing = sequence.add_placement(&[]);
+    sequence.add_frame(5, None, nothing);
+    let mesh = grid(1);
+    let topology = sequence.add_topology(&mesh, &tree(&mesh, 2));
+    let pose = sequence.add_pose(topology, &mesh.positions, true);
+    let placement = sequence.add_placement(&[(pose, Affine::IDENTITY)]);
+    sequence.add_frame(7, None, placement);
+    sequence.add_frame(8, None, placement);
+    sequence.frames[2].flags = FrameRecord::HELD;
+    sequence
+}
+
+/// A triangle in two leaves that are fitted to the whole of it, beside one that is cut; with vertices, a mirrored part and materials.
+pub fn origins() -> Sequence {
+    let still = super::valid::duplicates();
+    let mesh = {
+        let mut mesh = scenes::soup(
+            "wide",
+            &[0, 1, 2, 3].map(|prim| still.triangles.iter().find(|t| t.prim == prim).unwrap().corners()),
+        );
+        mesh.parts[0].baked_node = Some(3);
+        mesh
+    };
+    let mut refs: Vec<u32> = still.triangles.iter().map(|t| t.prim).collect();
+    let tree = Tree { nodes: still.nodes.clone(), refs: std::mem::take(&mut refs) };
+    let mut sequence = Sequence::default();
+    let topology = sequence.add_topology(&mesh, &tree);
+    for (number, lift) in [(0, 0.0), (1, 2.0)] {
+        if number > 0 {
+            sequence.next_block();
+        }
+        let positions: Vec<Point> = mesh.positions.iter().map(|p| [p[0], p[1], p[2] + lift * p[0]]).collect();
+        let pose = sequence.add_pose(topology, &positions, number == 0);
+        let placement = sequence.add_placement(&[(pose, Affine::IDENTITY)]);
+        sequence.add_frame(number, None, placement);
+    }
+    sequence.vertices = sequence.triangles.iter().map(|t| [0, 1, 2].map(|corner| 10 * t.prim + corner)).collect();
+    sequence.sides = vec![bvhc::cache::side_flags::MIRRORED];
+    sequence.materials = vec!["brick %FF".into()];
+    sequence
+}
+
+/// Frames of 288 triangles, which gain by compression.
+pub fn large() -> Sequence {
+    let mut sequence = Sequence::default();
+    let mesh = grid(12);
+    let topology = sequence.add_topology(&mesh, &tree(&mesh, 4));
+    for number in 0..3 {
+        if number > 0 {
+            sequence.next_block();
+        }
+        let pose = sequence.add_pose(topology, &wave(12, number as f32 * 0.25), number == 0);
+        let placement = sequence.add_placement(&[(pose, Affine::IDENTITY)]);
+        sequence.add_frame(number, Some(number as f32 / 24.0), placement);
+    }
+    sequence
+}
+
+/// A frame of many poses, each of which takes 164 bytes in the file and shows 255 triangles.
+pub fn crowd(poses: usize) -> Sequence {
+    let mut sequence = Sequence::default();
+    let mesh = pile(255);
+    let mut shared = mesh.clone();
+    shared.triangles = vec![[0, 1, 2]; 255];
+    shared.positions.truncate(3);
+    let topology = sequence.add_topology(&shared, &tree(&shared, 255));
+    let pose: Vec<u32> = (0..poses).map(|_| sequence.add_pose(topology, &shared.positions, true)).collect();
+    let shown: Vec<(u32, Affine)> = pose.iter().map(|pose| (*pose, Affine::IDENTITY)).collect();
+    let placement = sequence.add_placement(&shown);
+    sequence.add_frame(0, None, placement);
+    sequence
+}
+
+/// A section of a file by kind and number.
+pub fn with_section_of<T: Pod>(
+    file: &[u8],
+    kind: SectionKind,
+    ordinal: u32,
+    edit: impl FnOnce(&mut Vec<T>),
+) -> Vec<u8> {
+    let (header, mut sections) = super::bytes::take_apart(file);
+    let (_, data) = sections.iter_mut().find(|(e, _)| (e.kind, e.ordinal) == (kind, ordinal)).unwrap();
+    let mut records: Vec<T> = data.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect();
+    edit(&mut records);
+    *data = records.iter().flat_map(|record| bytes_of(record).to_vec()).collect();
+    put_together(header, sections)
+}
