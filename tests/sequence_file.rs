@@ -141,9 +141,9 @@ fn a_mesh_that_tumbles_into_another_shape_is_built_anew_and_the_old_tree_serves_
 /// A quad that turns concave is cut along its other diagonal when it is read alone.
 #[test]
 fn quads_stay_cut_as_in_the_first_frame() {
-    let quad = |x: f32| read_faces(&format!("v 0 0 0\nv 2 0 0\nv {x} 0 {x}\nv 0 0 2\nf 1 2 3 4\n"));
-    let (convex, concave) = (quad(2.0), quad(0.5));
-    assert_ne!(convex.meshes[0].triangles, concave.meshes[0].triangles, "the readers cuts them otherwise");
+    let quad = |second: &str| read_faces(&format!("v 0 0 0\nv {second}\nv 2 0 2\nv 0 0 2\nf 1 2 3 4\n"));
+    let (convex, concave) = (quad("2 0 0"), quad("0.5 0 1.2"));
+    assert_ne!(convex.meshes[0].triangles, concave.meshes[0].triangles, "the reader cuts them otherwise");
     assert_eq!(convex.meshes[0].faces, concave.meshes[0].faces);
     let file = build(vec![convex, concave], RefitPolicy { refit: Refit::Always, ..RefitPolicy::default() }, Codec::Raw);
     check_clean(&file.path);

@@ -1,6 +1,5 @@
 //! `bvhc stats --frames`: what the frames of sequences are like.
 
-use super::stats::StatsArgs;
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -11,6 +10,7 @@ use crate::cli::table::{Table, csv_line};
 use crate::report::frames::{FrameReport, SequenceReport};
 use crate::size::bytes;
 use serde::Serialize;
+use std::path::PathBuf;
 
 #[derive(Serialize)]
 struct Document<'a> {
@@ -19,18 +19,18 @@ struct Document<'a> {
     files: &'a [SequenceReport],
 }
 
-pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
-    let (reports, exit) = caches::each(&args.files, context, |path| {
+pub fn run(files: &[PathBuf], as_csv: bool, context: &Context) -> Result<Exit, Failure> {
+    let (reports, exit) = caches::each(files, context, |path| {
         let sequence = caches::open_sequence(path, context)?;
         let name = path.to_string_lossy().into_owned();
         SequenceReport::of(name, &sequence, &context.exec).map_err(|e| caches::failure(&e))
     });
     if context.terminal.json {
         context.terminal.document(&Document { schema: "bvhc.frames.v1", exit_code: exit.code(), files: &reports })?;
-    } else if args.csv {
+    } else if as_csv {
         context.terminal.print(&csv(&reports))?;
     } else {
-        for (report, path) in reports.iter().zip(&args.files) {
+        for (report, path) in reports.iter().zip(files) {
             context.terminal.print(&text(report, &names::path(path)))?;
         }
     }

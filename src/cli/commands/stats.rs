@@ -24,10 +24,10 @@ use std::path::PathBuf;
 pub struct StatsArgs {
     /// Cache files
     #[arg(required = true, value_name = "FILE")]
-    pub files: Vec<PathBuf>,
+    files: Vec<PathBuf>,
     /// One line of comma-separated values per file, with a heading; with --frames one per frame
     #[arg(long, conflicts_with = "json")]
-    pub csv: bool,
+    csv: bool,
     /// Of sequences: one row per frame, with what refitting costs and what each frame adds to the file
     #[arg(long, conflicts_with_all = ["epo", "depths"])]
     frames: bool,
@@ -71,7 +71,7 @@ struct Document<'a> {
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
     if args.frames {
-        return super::frames::run(args, context);
+        return super::frames::run(&args.files, args.csv, context);
     }
     let mut paths = Vec::new();
     let (reports, exit) = caches::each(&args.files, context, |path| {

@@ -1,7 +1,6 @@
 //! What has to be done: which output each input has, and whether it is up to date, judged by content and never by time stamps.
 
-use super::frames::{Fps, NoPattern, Pattern};
-use super::sequence;
+use super::frames::{Frames, MOST_FRAMES, NoPattern, OneFrame, Pattern};
 use super::{BuildArgs, Empty};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Freshness, SectionEntry};
@@ -10,7 +9,6 @@ use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
-use crate::scene::{AnimationChoice, Seconds};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -44,24 +42,6 @@ pub struct Job {
     pub frames: Option<Frames>,
 }
 
-/// The frames of a sequence.
-#[derive(Clone, Debug)]
-pub enum Frames {
-    /// Models, one a frame.
-    Files(Vec<OneFrame>),
-    /// A clip of a glTF model.
-    Clip { choice: AnimationChoice, fps: Fps, range: Option<(Seconds, Seconds)> },
-}
-
-/// A frame that is a file.
-#[derive(Clone, Debug)]
-pub struct OneFrame {
-    pub number: i32,
-    pub model: PathBuf,
-    /// It is not there, and the model is that of the frame before.
-    pub held: bool,
-}
-
 /// Whether a job has anything to do.
 #[derive(Clone, Debug)]
 pub enum Verdict {
@@ -80,7 +60,7 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
         args.output.as_os_str().as_encoded_bytes().last().is_some_and(|b| *b == b'/' || *b == b'\\' && cfg!(windows));
     let into_folder = ends_in_separator || args.output.is_dir();
     let pattern = pattern_of_output(args, &inputs, into_folder)?;
-    let plays = sequence::of_clip(args);
+    let plays = args.frames.of_clip(args.read.clip.as_ref());
     if plays.is_some() && inputs.iter().any(|i| i.frame.is_some()) {
         return Err(refuse(
             "--fps and --play are about clips of glTF models, and an input is a pattern of files".into(),
@@ -166,9 +146,8 @@ fn still(input: PathBuf, output: PathBuf) -> Job {
 
 /// All frames of a pattern.
 fn one_file(inputs: &[Input]) -> Result<Frames, String> {
-    let most = sequence::MOST_FRAMES;
-    if inputs.len() > most {
-        return Err(format!("there are {} frames, and a file holds at most {most}", inputs.len()));
+    if inputs.len() > MOST_FRAMES {
+        return Err(format!("there are {} frames, and a file holds at most {MOST_FRAMES}", inputs.len()));
     }
     let frame = |input: &Input| {
         let (number, path) = input.frame.as_ref()?;

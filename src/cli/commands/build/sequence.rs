@@ -1,12 +1,12 @@
 //! A sequence: many frames, one file.
 
-use super::frames::{Fps, TreeChoice};
+use super::frames::{Fps, Frames, MOST_FRAMES, OneFrame, TreeChoice};
 use super::inputs;
 use super::make::{Made, Workshop, millis, unchanged};
 use super::outcome::{Arrival, Built, SequenceBuilt, Times};
-use super::plan::{Frames, Job, OneFrame};
+use super::plan::Job;
 use super::remarks::Remarks;
-use super::{BuildArgs, Empty};
+use super::Empty;
 use crate::build::{BuildOptions, Levels, Named, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Meta, WriteSummary};
@@ -19,16 +19,13 @@ use crate::cli::names;
 use crate::cli::progress::Bar;
 use crate::compile::Placing;
 use crate::scene::{
-    self, Animation, AnimationChoice, Clip, Degenerate, InputFile, ReadOptions, ReadReport, Rounding, Scene, Seconds,
+    self, Animation, Clip, Degenerate, InputFile, ReadOptions, ReadReport, Rounding, Scene, Seconds,
 };
 use crate::sequence::{FrameLabel, FrameOutcome, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees};
 use std::time::{Duration, Instant};
 
 /// Frames a second of a clip whose keys are not uniform.
 const FILM: f64 = 24.0;
-
-/// Most frames of a sequence: each may need four sections, and a file has 65,536.
-pub const MOST_FRAMES: usize = 16_000;
 
 /// Frames that trees are made for; those of longer sequences are thinned out evenly.
 const SURVEYED: usize = 24;
@@ -65,13 +62,6 @@ pub fn recipe(workshop: &Workshop, frames: &Frames) -> Recipe {
     options.extend(build_options(&workshop.build, &policy).effective());
     options.extend(read_options(&workshop.read).effective());
     Recipe { options, ..workshop.recipe.clone() }
-}
-
-/// The frames that the arguments make of a glTF model; `None` where it is to stand still.
-pub fn of_clip(args: &BuildArgs) -> Option<Frames> {
-    let (choice, range) = (args.read.clip.clone().unwrap_or_default(), args.frames.play);
-    let fps = args.frames.fps.or(range.map(|_| Fps::Auto))?;
-    Some(Frames::Clip { choice, fps, range })
 }
 
 /// A build's ear for signals without its count of triangles: the bar counts frames.
@@ -324,34 +314,5 @@ fn failure(error: &SequenceError) -> Failure {
     match error {
         SequenceError::Build(error) => caches::build_failure(error),
         SequenceError::Cache(error) => caches::failure(error),
-    }
-}
-
-impl Frames {
-    /// What META and the build key have of it: one text for each choice of frames.
-    fn recorded(&self) -> String {
-        match self {
-            Frames::Files(list) => {
-                let numbers = |some: &mut dyn Iterator<Item = i32>| super::frames::runs(&some.collect::<Vec<_>>());
-                let all = numbers(&mut list.iter().map(|frame| frame.number));
-                match numbers(&mut list.iter().filter(|frame| frame.held).map(|frame| frame.number)) {
-                    held if held.is_empty() => format!("files {all}"),
-                    held => format!("files {all}, held {held}"),
-                }
-            }
-            Frames::Clip { choice, fps, range } => {
-                let fps = match fps {
-                    Fps::Auto => "auto".to_string(),
-                    Fps::Rate(rate) => rate.to_string(),
-                };
-                let range = range.map_or_else(String::new, |(from, to)| format!(", {from}..{to} s"));
-                let which = match choice {
-                    AnimationChoice::Number(number) => format!("number {number}"),
-                    AnimationChoice::Name(name) => format!("name {name}"),
-                    _ => "the only one".to_string(),
-                };
-                format!("clip, fps {fps}{range}, {which}")
-            }
-        }
     }
 }

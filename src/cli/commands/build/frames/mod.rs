@@ -1,5 +1,6 @@
 //! Frames of a sequence: which files a pattern such as `heli.%04d.obj` stands for, what is missing, and how a clip is played.
 
+mod chosen;
 mod folder;
 mod numbers;
 mod pattern;
@@ -13,8 +14,8 @@ use crate::cli::names;
 use crate::scene::Seconds;
 use crate::sequence::{Refit, RefitPolicy, Trees};
 use clap::{Args, ValueEnum};
+pub use chosen::{Frames, MOST_FRAMES, OneFrame};
 use folder::Folder;
-pub use folder::runs;
 use numbers::MOST;
 pub use numbers::Numbers;
 pub use pattern::{NoPattern, Pattern};
