@@ -216,6 +216,20 @@ fn a_frame_that_outgrows_the_limit_is_refused() {
     assert_eq!(frame(4 << 20).unwrap(), 200 * 255);
 }
 
+/// Agreement with a model is not asked of a sequence, and that is said.
+#[test]
+fn a_sequence_says_that_it_is_not_compared_with_a_model() {
+    let bytes = sequences::refitted().file();
+    let (meshes, inputs) = ([sequences::grid(2)], scenes::inputs());
+    let source = Source { meshes: &meshes, instances: None, inputs: &inputs };
+    let told = |level: Level| {
+        let report = check_bytes(&bytes, level, Some(&source), &Limits::default(), &Executor::current());
+        assert!(report.is_clean(), "{}", lines(&report));
+        report.not_checked.len()
+    };
+    assert_eq!((told(Level::Tree), told(Level::Source)), (0, 1));
+}
+
 /// Which of two zeros a union of boxes has is left to the machine.
 #[test]
 fn zeros_of_the_scene_s_bounds_have_no_sign() {
