@@ -110,7 +110,7 @@ fn check_section<'a>(
     out: &mut Report,
     exec: &Executor,
 ) -> Option<Decoded<'a>> {
-    let at = Place { offset: Some(entry.offset), ..Place::section(entry.kind) };
+    let at = Place { offset: Some(entry.offset), ..Place::of(entry) };
     let found = exec.hash(stored);
     if found != entry.stored_hash {
         out.add(&rules::E0201, at, || (hex(&entry.stored_hash), hex(&found)));
