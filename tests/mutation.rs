@@ -216,6 +216,42 @@ fn a_frame_that_outgrows_the_limit_is_refused() {
     assert_eq!(frame(4 << 20).unwrap(), 200 * 255);
 }
 
+/// Agreement with a model is not asked of a sequence, and that is said.
+#[test]
+fn a_sequence_says_that_it_is_not_compared_with_a_model() {
+    let bytes = sequences::refitted().file();
+    let (meshes, inputs) = ([sequences::grid(2)], scenes::inputs());
+    let source = Source { meshes: &meshes, instances: None, inputs: &inputs };
+    let told = |level: Level| {
+        let report = check_bytes(&bytes, level, Some(&source), &Limits::default(), &Executor::current());
+        assert!(report.is_clean(), "{}", lines(&report));
+        report.not_checked.len()
+    };
+    assert_eq!((told(Level::Tree), told(Level::Source)), (0, 1));
+}
+
+/// A sequence has several sections of a kind: which one is damaged is told.
+#[test]
+fn a_finding_names_the_section_s_number() {
+    let mut bytes = sequences::refitted().file();
+    let entries = vectors_bytes::entries(&bytes);
+    let entry = entries.iter().find(|e| (e.kind, e.ordinal) == (SectionKind::VPOS, 1)).unwrap();
+    bytes[entry.offset as usize + 3] ^= 1;
+    let report = check_bytes(&bytes, Level::Hash, None, &Limits::default(), &Executor::current());
+    let finding = report.findings.iter().find(|f| f.rule == &rules::E0201).unwrap();
+    assert!(finding.to_string().contains(" VPOS 1 @"), "{finding}");
+
+    // And which record of which section breaks a rule.
+    let mut bent = sequences::refitted();
+    bent.blocks[1].0[3].max[0] = f32::INFINITY;
+    let report = check_bytes(&bent.file(), Level::Tree, None, &Limits::default(), &Executor::current());
+    assert!(
+        report.findings.iter().any(|f| f.to_string().contains(" NODE 1[3] (tree 1, record 3) @")),
+        "{}",
+        lines(&report)
+    );
+}
+
 /// Which of two zeros a union of boxes has is left to the machine.
 #[test]
 fn zeros_of_the_scene_s_bounds_have_no_sign() {

@@ -3,12 +3,16 @@
 use bvhc::build::{BuildOptions, NoProgress};
 use bvhc::cache::check::{Level, Limits, check_bytes};
 use bvhc::cache::keys::Recipe;
-use bvhc::cache::{self, Cache, CacheError, Codec, FrameRecord, Meta, OpenOptions, PoseRecord, Sequence, Validation};
+use bvhc::cache::{
+    self, Cache, CacheError, Codec, FrameRecord, GeomRecord, IndexedTriangleRecord, Meta, OpenOptions, Parts,
+    PoseRecord, Sequence, SequenceWriter, Validation,
+};
 use bvhc::exec::Executor;
-use bvhc::geom::{Affine, Ray};
+use bvhc::geom::{Aabb, Affine, Ray};
 use bvhc::scene::{self, Degenerate, Format, ReadOptions, Scene};
 use bvhc::sequence::{FrameLabel, FrameOutcome, Refit, RefitPolicy, SequenceBuilder};
 use bvhc::trace::closest_hit;
+use bvhc::tree::Node;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -193,6 +197,34 @@ fn a_sequence_is_no_still_file_and_a_still_file_no_sequence() {
         .unwrap();
     assert!(matches!(Sequence::open(&still).unwrap_err(), CacheError::Still { .. }));
     assert!(Sequence::open(&file.path).unwrap().frame(2).is_err());
+}
+
+/// What the format forbids is refused when it is written, and leaves no file.
+#[test]
+fn more_parts_than_the_leaves_have_room_for_are_not_written() {
+    let written = |parts: usize| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bvhc");
+        let exec = Executor::sequential();
+        let mut writer = SequenceWriter::new(&path, Codec::Raw, &exec).unwrap();
+        let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let nodes = [Node::leaf(Aabb::from_points(&points), 0, 1), bytemuck::Zeroable::zeroed()];
+        let mut geoms: Vec<GeomRecord> = vec![bytemuck::Zeroable::zeroed(); parts];
+        (geoms[0].prim_count, geoms[0].kept_count) = (1, 1);
+        let corner = IndexedTriangleRecord { corners: [0, 1, 2], prim: 0, geom: 0, flags: 0 };
+        let parts = Parts { geoms: &geoms, names: &[], materials: &[], sides: &[] };
+        let topology = writer.topology(&nodes, 3, [corner], &parts);
+        writer.pose(topology, &nodes, &points, PoseRecord::KEY);
+        let frame = FrameRecord { number: 0, placement: 0, time: 0.0, flags: 0, reserved: [0; 4] };
+        writer.frame(frame, &[], &[]).unwrap();
+        let result = writer.finish(&meta());
+        let valid = std::fs::read(&path)
+            .ok()
+            .map(|bytes| check_bytes(&bytes, Level::Tree, None, &Limits::default(), &exec).is_valid());
+        (result.map(drop), valid)
+    };
+    assert!(matches!(written(255), (Ok(()), Some(true))));
+    assert!(matches!(written(256), (Err(CacheError::Unwritable { .. }), None)));
 }
 
 #[test]

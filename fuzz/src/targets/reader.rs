@@ -44,10 +44,10 @@ fn run(input: &[u8]) -> Seen {
 }
 
 /// Frames that are looked at: a small file may show the same thousands of triangles in hundreds of them.
-const MOST_FRAMES: usize = 8;
+pub const MOST_FRAMES: usize = 8;
 
-/// Open a sequence and its first frames, and trace what was opened. The first error, if any.
-pub fn open_frames(input: &[u8], options: &OpenOptions) -> Result<(), CacheError> {
+/// Open a sequence and its first frames, and trace what was opened. How many frames there are, or the first error.
+pub fn open_frames(input: &[u8], options: &OpenOptions) -> Result<usize, CacheError> {
     let sequence = within(allowance(input), || Sequence::from_slice(input, options))?;
     look_at_rows(&sequence);
     for index in 0..sequence.frame_count().min(MOST_FRAMES) {
@@ -55,7 +55,7 @@ pub fn open_frames(input: &[u8], options: &OpenOptions) -> Result<(), CacheError
         trace(&frame.view(), sequence.header().scene_bounds(), options.validation == Validation::Tree);
     }
     assert!(sequence.frame(sequence.frame_count()).is_err(), "a frame behind the last");
-    Ok(())
+    Ok(sequence.frame_count())
 }
 
 /// Ask for everything that the frames of a file share.

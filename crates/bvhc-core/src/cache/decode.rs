@@ -65,5 +65,5 @@ fn check_hash(
 }
 
 fn place(entry: &SectionEntry) -> Place {
-    Place { offset: Some(entry.offset), ordinal: entry.ordinal, ..Place::section(entry.kind) }
+    Place { offset: Some(entry.offset), ..Place::of(entry) }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
 use super::rules::{self, Rule, Severity};
-use crate::layout::SectionKind;
+use crate::layout::{SectionEntry, SectionKind};
 
 /// Where something was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,6 +36,11 @@ impl Place {
     /// A section as a whole.
     pub fn section(kind: SectionKind) -> Place {
         Place { section: Some(kind), ..Place::default() }
+    }
+
+    /// A section of the table as a whole.
+    pub fn of(entry: &SectionEntry) -> Place {
+        Place { ordinal: entry.ordinal, ..Place::section(entry.kind) }
     }
 
     /// A record, numbered from the start of its section.
@@ -99,11 +104,12 @@ impl fmt::Display for Finding {
 #[cfg(feature = "serde")]
 impl Serialize for Finding {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut out = serializer.serialize_struct("Finding", 8)?;
+        let mut out = serializer.serialize_struct("Finding", 9)?;
         out.serialize_field("id", self.rule.id)?;
         out.serialize_field("name", self.rule.name)?;
         out.serialize_field("severity", &self.rule.severity())?;
         out.serialize_field("section", &self.place.section.map(|kind| kind.to_string()))?;
+        out.serialize_field("ordinal", &self.place.ordinal)?;
         out.serialize_field("tree", &self.place.tree.map(|(tree, _)| tree))?;
         out.serialize_field("index", &self.place.index)?;
         out.serialize_field("offset", &self.place.offset)?;

@@ -1,12 +1,12 @@
 //! A sequence: many frames, one file.
 
+use super::Empty;
 use super::frames::{Fps, Frames, MOST_FRAMES, OneFrame, TreeChoice};
 use super::inputs;
 use super::make::{Made, Workshop, millis, unchanged};
 use super::outcome::{Arrival, Built, SequenceBuilt, Times};
 use super::plan::Job;
 use super::remarks::Remarks;
-use super::Empty;
 use crate::build::{BuildOptions, Levels, Named, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Meta, WriteSummary};
@@ -18,9 +18,7 @@ use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::progress::Bar;
 use crate::compile::Placing;
-use crate::scene::{
-    self, Animation, Clip, Degenerate, InputFile, ReadOptions, ReadReport, Rounding, Scene, Seconds,
-};
+use crate::scene::{self, Animation, Clip, Degenerate, InputFile, ReadOptions, ReadReport, Rounding, Scene, Seconds};
 use crate::sequence::{FrameLabel, FrameOutcome, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees};
 use std::time::{Duration, Instant};
 

@@ -166,7 +166,7 @@ pub fn later_meta(entries: &[SectionEntry]) -> Option<Finding> {
 /// Where entry `i` of the table stands.
 fn place(header: &Header, entry: &SectionEntry, i: usize) -> Place {
     let offset = u64::from(header.header_len) + (i * SectionEntry::LEN) as u64;
-    Place { offset: Some(offset), ..Place::section(entry.kind) }
+    Place { offset: Some(offset), ..Place::of(entry) }
 }
 
 /// Lower-case hexadecimal.

@@ -71,7 +71,7 @@ pub fn check_tiling(
     let len = file.len() as u64;
     let mut end = u64::from(header.header_len) + (entries.len() * SectionEntry::LEN) as u64;
     for (i, entry) in entries.iter().enumerate() {
-        let at = Place { offset: Some(entry.offset), ..Place::section(entry.kind) };
+        let at = Place { offset: Some(entry.offset), ..Place::of(entry) };
         let mut refuse = |rule: &'static Rule, expected: String, actual: String| {
             readable[i] = false;
             out.breach(rule, at, || (expected, actual))

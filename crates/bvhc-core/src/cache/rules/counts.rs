@@ -22,7 +22,7 @@ rules! {
         "max_depth must be {expected}, the header states {actual}", "2-header",
         means "A reader that sizes its traversal stack by this number would overflow it or waste it.",
         because FOREIGN_WRITER, remedy Rebuild;
-    E0307 "scene-bounds", "the header's scene box is not the box of the root",
+    E0307 "scene-bounds", "the header's scene box is not the box of the root, in a sequence of all roots",
         "scene_bounds must be {expected}, the header states {actual}", "2-header",
         means "A renderer that places cameras or clips rays by this box would be wrong.",
         because FOREIGN_WRITER, remedy Rebuild;

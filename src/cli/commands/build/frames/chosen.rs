@@ -1,7 +1,7 @@
 //! The frames of a sequence, as the arguments choose them.
 
 use super::folder::runs;
-use super::{FrameArgs, Fps};
+use super::{Fps, FrameArgs};
 use crate::scene::{AnimationChoice, Seconds};
 use std::path::PathBuf;
 
