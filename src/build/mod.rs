@@ -6,7 +6,8 @@
 //! Four roles never mix. The *driver* owns the recursion, node emission, the depth guarantee and leaf creation; a
 //! *strategy* (binned, spatial, sweep) answers one question, where to split this range; *cost* is the only place that knows
 //! the SAH; the *executor* is the only place that knows threads. A method name is a recipe in the *registry*, which
-//! also feeds the help and the build key. *Passes* improve a finished tree, whichever method made it.
+//! also feeds the help and the build key. *Passes* improve a finished tree, whichever method made it. [`motion`] makes trees for
+//! meshes that move.
 
 mod agglomerative;
 mod binned;

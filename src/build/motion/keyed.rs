@@ -89,10 +89,11 @@ pub fn keyed(
         candidates.push(builder.fitted(&starts, &frames, POSES)?);
     }
     if parts > 1 {
-        for (part, start) in starts.iter().enumerate() {
+        // A start is not needed any more once its part has a tree.
+        for (part, start) in starts.into_iter().enumerate() {
             let served = frames.iter().zip(&medoids.serves).filter(|(_, serves)| **serves == part);
             let served: Vec<usize> = served.map(|(frame, _)| *frame).collect();
-            candidates.push(builder.fitted(std::slice::from_ref(start), &served, POSES_OF_PART)?);
+            candidates.push(builder.fitted(&[start], &served, POSES_OF_PART)?);
         }
     }
     progress.phase("motion: costs");

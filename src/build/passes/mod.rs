@@ -4,6 +4,7 @@
 //! on trees with split references as on others: a leaf's box, clipped or not, moves as it is, and every box above is the
 //! union of two. Passes work on a `WorkTree`, whose nodes can be moved, and end with the emission of canonical order, which
 //! also makes leaves of subtrees where that is cheaper. Reinsertion looks at areas; `adapt`, which comes after it, at rays.
+//! `poses` is reinsertion for a mesh that moves.
 
 mod adapt;
 mod emit;

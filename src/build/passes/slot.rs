@@ -11,7 +11,8 @@ pub struct Slot {
     /// its first reference.
     pub link: u32,
     pub max: [f32; 3],
-    /// Half the area of the box, whose edges are multiplied by [`WorkTree::scale`](super::work_tree::WorkTree::scale) first.
+    /// Half the area of the box, whose edges are multiplied by [`WorkTree::scale`](super::work_tree::WorkTree::scale) first; over several
+    /// poses the weighted sum of those areas.
     pub area: f32,
 }
 
