@@ -212,7 +212,7 @@ fn more_parts_than_the_leaves_have_room_for_are_not_written() {
         let mut geoms: Vec<GeomRecord> = vec![bytemuck::Zeroable::zeroed(); parts];
         (geoms[0].prim_count, geoms[0].kept_count) = (1, 1);
         let corner = IndexedTriangleRecord { corners: [0, 1, 2], prim: 0, geom: 0, flags: 0 };
-        let parts = Parts { geoms: &geoms, names: &[], materials: &[], sides: &[] };
+        let parts = Parts { geoms: &geoms, names: &[], materials: &[], sides: &[], vertices: &[] };
         let topology = writer.topology(&nodes, 3, [corner], &parts);
         writer.pose(topology, &nodes, &points, PoseRecord::KEY);
         let frame = FrameRecord { number: 0, placement: 0, time: 0.0, flags: 0, reserved: [0; 4] };

@@ -1,14 +1,16 @@
 //! Changing the container and not the content: raw to zstd and back.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use bvhc_core::cache::parts::{Fault, is_known_codec, is_understood};
 
 use super::check::Limits;
+use super::intact::sound_sequence;
 use super::sealed::{Codec, Form, Piece, Sealed, WriteSummary};
 use super::writer::WriteOptions;
-use super::{Cache, CacheError, MIN_MINOR, OpenOptions, Validation, section_flags};
-use super::{Header, SectionKind, atomic, keys};
+use super::{Cache, CacheError, Head, MIN_MINOR, OpenOptions, SEQUENCE_MIN_MINOR, Sequence, Validation, section_flags};
+use super::{Header, SectionEntry, SectionKind, atomic, keys, tree_flags};
 use crate::exec::Executor;
 
 /// What a conversion did.
@@ -47,6 +49,9 @@ pub fn convert(
     options: &ConvertOptions,
     exec: &Executor,
 ) -> Result<ConvertSummary, CacheError> {
+    if Head::read(from, open)?.header.has(tree_flags::SEQUENCE) {
+        return convert_sequence(from, to, open, options, exec);
+    }
     let validation = open.validation.max(Validation::Hash);
     let cache = Cache::open_on(from, &OpenOptions { validation, ..*open }, exec)?;
     let name = from.display().to_string();
@@ -56,20 +61,59 @@ pub fn convert(
         let report = cache.check_without(left_out, &limits, exec);
         Fault::of_report(&report).map_err(|fault| fault.of(&name))?;
     }
-    let (sealed, dropped) = repack(&cache, &name, options, exec)?;
+    let mut sections = cache.sections().iter().enumerate().map(|(i, entry)| Section {
+        entry,
+        data: cache.section_bytes(i).map(Cow::Borrowed),
+        stored: cache.stored_bytes(i),
+    });
+    let (sealed, dropped) = repack(cache.header(), &mut sections, &name, options, exec)?;
     atomic::replace(to, |file| sealed.write_to(file))?;
     Ok(ConvertSummary { written: sealed.summary(), dropped })
 }
 
+/// The same for a file of many frames. What it decodes to is held in memory.
+fn convert_sequence(
+    from: &Path,
+    to: &Path,
+    open: &OpenOptions,
+    options: &ConvertOptions,
+    exec: &Executor,
+) -> Result<ConvertSummary, CacheError> {
+    let name = from.display().to_string();
+    if options.write.check {
+        sound_sequence(from, open, exec)?;
+    }
+    let sequence = Sequence::open_on(from, &OpenOptions { validation: Validation::Hash, ..*open }, exec)?;
+    let all = 0..sequence.sections().len();
+    let data = all.map(|i| sequence.section_bytes(i, exec)).collect::<Result<Vec<_>, CacheError>>()?;
+    let mut sections = sequence.sections().iter().zip(data).enumerate().map(|(i, (entry, data))| Section {
+        entry,
+        data,
+        stored: sequence.stored_bytes(i),
+    });
+    let (sealed, dropped) = repack(sequence.header(), &mut sections, &name, options, exec)?;
+    atomic::replace(to, |file| sealed.write_to(std::io::BufWriter::new(file)))?;
+    Ok(ConvertSummary { written: sealed.summary(), dropped })
+}
+
+/// A section of the file that is converted.
+struct Section<'a> {
+    entry: &'a SectionEntry,
+    /// Decoded, where that can be had.
+    data: Option<Cow<'a, [u8]>>,
+    stored: &'a [u8],
+}
+
 fn repack<'a>(
-    cache: &'a Cache,
+    header: &Header,
+    sections: &mut dyn Iterator<Item = Section<'a>>,
     name: &str,
     options: &ConvertOptions,
     exec: &Executor,
 ) -> Result<(Sealed<'a>, Vec<SectionKind>), CacheError> {
     // Keep what is understood or may be copied unread.
     let (mut pieces, mut dropped) = (Vec::new(), Vec::new());
-    for (i, entry) in cache.sections().iter().enumerate() {
+    for Section { entry, data, stored } in sections {
         let known = is_understood(entry);
         let keep = if entry.kind == SectionKind::META {
             !options.drop_meta && (known || entry.is(section_flags::COPY_SAFE))
@@ -80,24 +124,23 @@ fn repack<'a>(
             dropped.push(entry.kind);
             continue;
         }
-        let data = cache.section_bytes(i).filter(|_| is_known_codec(entry.codec));
-        pieces.push(match data {
+        pieces.push(match data.filter(|_| is_known_codec(entry.codec)) {
             Some(data) => Piece { entry: *entry, data: data.into(), form: Form::Decoded },
-            None => Piece { entry: *entry, data: cache.stored_bytes(i).into(), form: Form::Stored },
+            None => Piece { entry: *entry, data: stored.into(), form: Form::Stored },
         });
     }
 
     // What was left out must not have been content: compare before anything is written.
     let kept: Vec<_> = pieces.iter().map(|p| p.entry).collect();
-    if keys::content_id(&kept) != cache.header().content_id {
+    if keys::content_id(&kept) != header.content_id {
         return Err(CacheError::NotCopied { name: name.to_owned(), sections: dropped });
     }
     let header = Header {
-        min_minor: MIN_MINOR,
+        min_minor: if header.has(tree_flags::SEQUENCE) { SEQUENCE_MIN_MINOR } else { MIN_MINOR },
         header_len: Header::LEN as u16,
         section_table_off: Header::LEN as u64,
         features_optional: 0, // none is known, and what an unknown one says may no longer hold
-        ..*cache.header()
+        ..*header
     };
     let sealed =
         Sealed::new(header, pieces, options.write.codec, exec).map_err(CacheError::io("compress", Path::new(name)))?;

@@ -19,10 +19,7 @@ use crate::exec::Executor;
 pub fn intact(path: &Path, head: &Head, open: &OpenOptions, exec: &Executor) -> Result<(), CacheError> {
     let replaced = || CacheError::io("read", path)(io::Error::other("another file took its place"));
     if head.header.has(tree_flags::SEQUENCE) {
-        let bytes = FileBytes::open(path, open)?;
-        let limits = Limits { max_issues: 1, max_memory: open.max_memory };
-        let report = check_bytes(bytes.as_slice(), Level::Tree, None, &limits, exec);
-        Fault::of_report(&report).map_err(|fault| fault.of(&path.display().to_string()))?;
+        sound_sequence(path, open, exec)?;
         return if Head::read(path, open)?.header.file_id == head.header.file_id { Ok(()) } else { Err(replaced()) };
     }
     let cache = Cache::open_on(path, &OpenOptions { validation: Validation::Hash, ..*open }, exec)?;
@@ -31,4 +28,15 @@ pub fn intact(path: &Path, head: &Head, open: &OpenOptions, exec: &Executor) -> 
     }
     let limits = Limits { max_issues: 1, ..Limits::default() };
     Fault::of_report(&cache.check(&limits, exec)).map_err(|fault| fault.of(&path.display().to_string()))
+}
+
+/// Hold everything in a file of many frames against the rules: every byte, row, pose and placement.
+///
+/// # Errors
+/// Where it cannot be read, breaks a rule, or does not fit the memory that `open` allows.
+pub fn sound_sequence(path: &Path, open: &OpenOptions, exec: &Executor) -> Result<(), CacheError> {
+    let bytes = FileBytes::open(path, open)?;
+    let limits = Limits { max_issues: 1, max_memory: open.max_memory };
+    let report = check_bytes(bytes.as_slice(), Level::Tree, None, &limits, exec);
+    Fault::of_report(&report).map_err(|fault| fault.of(&path.display().to_string()))
 }

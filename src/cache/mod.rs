@@ -21,7 +21,7 @@ pub use convert::{ConvertOptions, ConvertSummary, convert};
 pub use freshness::{Freshness, Staleness, freshness, freshness_of_bytes, hash_file};
 pub use image::Image;
 pub(crate) use image::{instance_record, triangle_record};
-pub use intact::intact;
+pub use intact::{intact, sound_sequence};
 pub use provenance::provenance;
 pub use sealed::{Codec, WriteSummary};
 pub use sequence_writer::{Parts, SequenceWriter};

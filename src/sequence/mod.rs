@@ -98,7 +98,8 @@ pub struct FrameOutcome {
     pub instances: u64,
     /// Triangles that rays can hit, those of every instance counted.
     pub triangles: u64,
-    /// Largest of the meshes' SAH costs relative to the same tree's when it was built; 0 where nothing was refitted.
+    /// Largest of the meshes' SAH costs, as they are or over what the triangles alone cost, relative to those in the poses that the tree was made for; 0 where
+    /// nothing was refitted.
     pub worst_ratio: f32,
     /// Bytes that the file grew by, its tables apart.
     pub bytes: u64,

@@ -1,5 +1,7 @@
 use super::policy::RefitPolicy;
 use super::weld::Weld;
+use crate::build::BuildOptions;
+use crate::build::motion::{Motion, triangle_cost};
 use crate::cache::{Image, IndexedTriangleRecord, Parts, PoseRecord, SequenceWriter, TriangleRecord};
 use crate::exec::Executor;
 use crate::geom::Point;
@@ -25,10 +27,39 @@ struct Keyed {
     tree: Tree,
     /// Its vertices and its row in the file, once a pose needed them.
     stored: Option<(Weld, u32)>,
-    /// The SAH cost that it was built with; of a tree for many poses the largest of those that it was made for.
-    sah: f32,
+    /// What it costs in the pose that it was built over; of a tree for many poses the most in those.
+    cost: Cost,
     /// The largest cost, relative to that, at which building anew was not worth it.
     borne: f32,
+}
+
+/// What a tree costs in a pose.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Cost {
+    /// The SAH, over the area of the root.
+    pub sah: f32,
+    /// The SAH over what the triangles alone cost.
+    pub excess: f32,
+}
+
+impl Cost {
+    /// Of a refitted tree; `unit` is what the triangles alone cost.
+    pub fn of(nodes: &[Node], unit: f32) -> Cost {
+        let sah = quality::sah(nodes);
+        Cost { sah, excess: sah / unit }
+    }
+
+    /// The larger of each.
+    pub fn max(self, other: Cost) -> Cost {
+        Cost { sah: self.sah.max(other.sah), excess: self.excess.max(other.excess) }
+    }
+
+    /// How many times another cost it is, by the measure that says more. The SAH alone takes a smaller root for a worse tree, and what is over the triangles'
+    /// cost takes triangles that grew for a better one. What is suspected wrongly is built once and found futile.
+    fn ratio(self, to: Cost) -> f32 {
+        let ratio = |a: f32, b: f32| if b > 0.0 { a / b } else { 1.0 };
+        ratio(self.sah, to.sah).max(ratio(self.excess, to.excess))
+    }
 }
 
 /// A tree refitted to a pose.
@@ -37,39 +68,40 @@ pub struct Fitted {
     keyed: usize,
     nodes: Vec<Node>,
     sah: f32,
-    /// Its SAH cost relative to that of the poses that it was made for.
+    /// Its cost relative to that of the poses that it was made for.
     pub ratio: f32,
     /// The policy asks for another tree.
     pub is_dear: bool,
 }
 
 impl Shape {
-    /// Trees for the whole animation, each with the largest SAH cost that it has in the poses that it was made for.
-    pub fn surveyed(trees: impl IntoIterator<Item = (Tree, f32)>) -> Shape {
-        let keyed = |(tree, sah)| Keyed { tree, stored: None, sah, borne: 0.0 };
+    /// Trees for the whole animation, each with the largest cost that it has in the poses that it was made for.
+    pub fn surveyed(trees: impl IntoIterator<Item = (Tree, Cost)>) -> Shape {
+        let keyed = |(tree, cost)| Keyed { tree, stored: None, cost, borne: 0.0 };
         Shape { trees: trees.into_iter().map(keyed).collect(), current: 0, is_surveyed: true }
     }
 
     /// The tree that serves a pose best, refitted; `None` where there is none yet.
     pub fn refit(&self, mesh: &Mesh, policy: &RefitPolicy) -> Option<Fitted> {
-        let current = self.fit(self.current, mesh, policy)?;
+        let unit = unit_of(mesh);
+        let current = self.fit(self.current, mesh, unit, policy)?;
         if !current.is_dear && !self.is_surveyed {
             return Some(current);
         }
         // A walk comes back to where it was: the trees of then may serve again.
         let others = (0..self.trees.len()).filter(|i| *i != self.current);
-        let fitted = others.filter_map(|i| self.fit(i, mesh, policy));
+        let fitted = others.filter_map(|i| self.fit(i, mesh, unit, policy));
         Some(fitted.fold(current, |best, one| if one.sah < best.sah { one } else { best }))
     }
 
-    fn fit(&self, number: usize, mesh: &Mesh, policy: &RefitPolicy) -> Option<Fitted> {
+    fn fit(&self, number: usize, mesh: &Mesh, unit: f32, policy: &RefitPolicy) -> Option<Fitted> {
         let keyed = self.trees.get(number)?;
         let mut nodes = keyed.tree.nodes.clone();
         let corners = |slot: usize| mesh.corners(keyed.tree.refs[slot] as usize).map(super::weld::clean);
         refit(&mut nodes, corners);
-        let sah = quality::sah(&nodes);
-        let ratio = if keyed.sah > 0.0 { sah / keyed.sah } else { 1.0 };
-        Some(Fitted { keyed: number, nodes, sah, ratio, is_dear: policy.is_dear(ratio, keyed.borne) })
+        let cost = Cost::of(&nodes, unit);
+        let ratio = cost.ratio(keyed.cost);
+        Some(Fitted { keyed: number, nodes, sah: cost.sah, ratio, is_dear: policy.is_dear(ratio, keyed.borne) })
     }
 
     /// Whether a tree that was built for a pose is hardly better than a refitted one. Then that is remembered, so that the next poses do not try again.
@@ -104,13 +136,13 @@ impl Shape {
         let topology = Shape::write_topology(mesh, &tree, &weld, writer, exec);
         let positions: Vec<Point> = weld.positions(mesh).unwrap_or_default();
         let pose = writer.pose(topology, &tree.nodes, &positions, PoseRecord::KEY);
-        let sah = quality::sah(&tree.nodes);
+        let cost = Cost::of(&tree.nodes, unit_of(mesh));
         if self.trees.len() == KEPT {
             // The oldest goes. However many are built, memory holds a few.
             self.trees.remove(0);
         }
         self.current = self.trees.len();
-        self.trees.push(Keyed { tree, stored: Some((weld, topology)), sah, borne: 0.0 });
+        self.trees.push(Keyed { tree, stored: Some((weld, topology)), cost, borne: 0.0 });
         pose
     }
 
@@ -126,6 +158,23 @@ impl Shape {
         let Image { geoms, names, materials, sides, vertices, .. } = &image;
         let parts = Parts { geoms, names, materials, sides, vertices };
         writer.topology(&tree.nodes, weld.sources.len() as u32, triangles, &parts)
+    }
+}
+
+/// What the triangles of a mesh [cost alone](triangle_cost) as it stands, by which the costs of two poses can be compared. 1 where that is nothing.
+fn unit_of(mesh: &Mesh) -> f32 {
+    let mut motion = Motion::new(&mesh.triangles);
+    match motion.push(&mesh.positions) {
+        Ok(()) => unit(&motion, 0),
+        Err(_) => 1.0,
+    }
+}
+
+/// The same of one of several poses.
+pub fn unit(motion: &Motion, pose: usize) -> f32 {
+    match triangle_cost(motion, pose, &BuildOptions::default()) {
+        cost if cost > 0.0 => cost as f32,
+        _ => 1.0,
     }
 }
 

@@ -1,10 +1,9 @@
-use super::shape::{Shape, geometry_hash, topology_hash};
+use super::shape::{Cost, Shape, geometry_hash, topology_hash, unit};
 use crate::build::motion::{Motion, Trees, keyed};
 use crate::build::{BuildError, BuildOptions, Progress};
 use crate::exec::Executor;
 use crate::geom::Point;
 use crate::scene::Mesh;
-use crate::tree::quality;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// How the meshes of an animation stand in some of its frames.
@@ -50,12 +49,12 @@ impl Survey {
             // What cannot be indexed or is no number was refused when it was laid out.
             poses.positions.iter().for_each(|positions| _ = motion.push(positions));
             let keyed = keyed(&motion, trees, options, exec, progress)?;
-            let mut largest = vec![0.0f32; keyed.trees.len()];
+            let mut largest = vec![Cost::default(); keyed.trees.len()];
             for (frame, tree) in keyed.serves.iter().enumerate() {
                 let mut nodes = keyed.trees[*tree].nodes.clone();
                 let refs = &keyed.trees[*tree].refs;
                 crate::tree::refit(&mut nodes, |slot| motion.corners(frame, refs[slot] as usize));
-                largest[*tree] = largest[*tree].max(quality::sah(&nodes));
+                largest[*tree] = largest[*tree].max(Cost::of(&nodes, unit(&motion, frame)));
             }
             let count = keyed.trees.len() as u64;
             Ok((topology, Shape::surveyed(keyed.trees.into_iter().zip(largest)), count))

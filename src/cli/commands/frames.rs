@@ -1,5 +1,6 @@
 //! `bvhc stats --frames`: what the frames of sequences are like.
 
+use crate::cache;
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -21,6 +22,7 @@ struct Document<'a> {
 
 pub fn run(files: &[PathBuf], as_csv: bool, context: &Context) -> Result<Exit, Failure> {
     let (reports, exit) = caches::each(files, context, |path| {
+        cache::sound_sequence(path, &caches::options(context), &context.exec).map_err(|e| caches::failure(&e))?;
         let sequence = caches::open_sequence(path, context)?;
         let name = path.to_string_lossy().into_owned();
         SequenceReport::of(name, &sequence, &context.exec).map_err(|e| caches::failure(&e))

@@ -70,7 +70,7 @@ struct Document<'a> {
 }
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
-    if args.frames {
+    if args.frames || args.files.iter().all(|path| caches::is_sequence(path, context)) {
         return super::frames::run(&args.files, args.csv, context);
     }
     let mut paths = Vec::new();

@@ -87,7 +87,7 @@ impl Opened<'static> {
 pub(super) const GIVEN: &str = "the given bytes";
 
 /// The kinds of which a sequence has several sections: only a frame that needs one of them reads it.
-fn is_of_frames(kind: SectionKind) -> bool {
+pub(super) fn is_of_frames(kind: SectionKind) -> bool {
     kind.rule().is_some_and(|rule| rule.ordinals > 1)
 }
 

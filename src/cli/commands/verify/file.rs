@@ -69,6 +69,7 @@ pub fn verify_frames(
     context: &Context,
     mut each: impl FnMut(i32, Result<Verified, Failure>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
+    cache::sound_sequence(path, &caches::options(context), &context.exec).map_err(|e| caches::failure(&e))?;
     let sequence = caches::open_sequence(path, context)?;
     let numbers: Vec<i32> = sequence.frames().iter().map(|frame| frame.number).filter(|n| frames.has(*n)).collect();
     if numbers.is_empty() {

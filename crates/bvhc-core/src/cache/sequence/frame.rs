@@ -7,6 +7,7 @@ use crate::cache::check::{self, Limits};
 use crate::cache::container::First;
 use crate::cache::decode::{Decoded, check_stored, unpack};
 use crate::cache::error::{CacheError, Fault};
+use crate::cache::open::is_of_frames;
 use crate::cache::poses::Posed;
 use crate::cache::report::{Finding, Place};
 use crate::cache::rules::{self, Rule};
@@ -256,6 +257,29 @@ impl Frames<'_> {
             let (expected, actual) = ("records of its block and its topology", "it reaches beyond them");
             Finding::new(&rules::E0702, Place::section(SectionKind::POSE), expected.into(), actual.into()).into()
         })
+    }
+
+    /// The decoded bytes of section `index` of [`Sequence::sections`](Frames::sections), as [`Opened::section_bytes`](crate::cache::Opened::section_bytes) has
+    /// them for a still file; those of blocks and placements are hashed and decoded when they are asked for.
+    ///
+    /// # Errors
+    /// Where they are damaged, or do not fit the memory limit.
+    pub fn section_bytes(&self, index: usize, exec: &Executor) -> Result<Option<Cow<'_, [u8]>>, CacheError> {
+        let Some(entry) = self.sections().get(index) else { return Ok(None) };
+        if !is_of_frames(entry.kind) {
+            return Ok(self.file.section_bytes(index).map(Cow::Borrowed));
+        }
+        let content =
+            self.content(index, exec).map_err(|fault| fault.of(&format!("{} {}", entry.kind, entry.ordinal)))?;
+        Ok(Some(match content {
+            Decoded::InFile(bytes) => Cow::Borrowed(bytes),
+            Decoded::Owned(bytes) => Cow::Owned(bytes.as_slice().to_vec()),
+        }))
+    }
+
+    /// The bytes of section `index` as they stand in the file; empty beyond the table.
+    pub fn stored_bytes(&self, index: usize) -> &[u8] {
+        self.file.stored_bytes(index)
     }
 
     /// A section's decoded bytes, held against its hash as the level asks: the stored ones once, those that are decoded each time.
