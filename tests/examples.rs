@@ -38,6 +38,28 @@ fn own_geometry_is_built_written_and_asked() {
 }
 
 #[test]
+fn a_sequence_is_played() {
+    use bvhc::scene::{self, Format, ReadOptions};
+    use bvhc::sequence::{FrameLabel, RefitPolicy, SequenceBuilder};
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.bvhc");
+    let (exec, options) = (bvhc::exec::Executor::sequential(), bvhc::build::BuildOptions::default());
+    let progress = bvhc::build::NoProgress;
+    let codec = bvhc::cache::Codec::Raw;
+    let mut builder = SequenceBuilder::new(&file, &options, RefitPolicy::default(), codec, &exec, &progress).unwrap();
+    for number in 0..2 {
+        // A roof that sinks by one unit a frame.
+        let obj = format!("o roof\nv -1 -1 {0}\nv 1 -1 {0}\nv 0 1 {0}\nf 1 2 3\n", 5 - number);
+        let read = scene::read_bytes(obj.into(), "roof.obj", Some(Format::Obj), None, &ReadOptions::default()).unwrap();
+        builder.add(read, FrameLabel { number, time: None, held: false }).unwrap();
+    }
+    builder.finish(&bvhc::cache::Meta::default()).unwrap();
+    let text = output(example("frames").arg(&file));
+    let hits: Vec<&str> = text.lines().filter_map(|line| line.split_once("triangles  ")).map(|(_, hit)| hit).collect();
+    assert_eq!(hits, ["triangle 0 of 'roof' at 2", "triangle 0 of 'roof' at 3"], "{text}");
+}
+
+#[test]
 fn the_renderer_sees_the_scene() {
     let folder = tempfile::tempdir().unwrap();
     let (file, picture) = (folder.path().join("p.bvhc"), folder.path().join("p.png"));

@@ -43,7 +43,7 @@ pub mod simd;
 pub mod size;
 pub mod trace;
 
-pub use cache::Cache;
+pub use cache::{Cache, Sequence};
 pub use geom::Ray;
 pub use trace::Hit;
 
