@@ -13,7 +13,7 @@ pub struct Place {
     /// `None`: the header, the table or the file as a whole.
     pub section: Option<SectionKind>,
     /// The section's number, which only sequences have others of than 0.
-    pub ordinal: u32,
+    pub ordinal: u16,
     /// The BLAS that the record belongs to, in a sequence the pose, and the record's number in that tree.
     pub tree: Option<(u32, u64)>,
     /// The record's number in the section, or the entry's number in the table.
@@ -40,7 +40,8 @@ impl Place {
 
     /// A section of the table as a whole.
     pub fn of(entry: &SectionEntry) -> Place {
-        Place { ordinal: entry.ordinal, ..Place::section(entry.kind) }
+        // Sections that a rule is about have numbers below 65,536.
+        Place { ordinal: u16::try_from(entry.ordinal).unwrap_or(u16::MAX), ..Place::section(entry.kind) }
     }
 
     /// A record, numbered from the start of its section.

@@ -96,7 +96,7 @@ pub fn check<'a>(
         let mut part = Report::new(limits.max_issues);
         let top = check_top(&view, limits, &mut part, exec);
         depth = depth.zip(top).map(|(a, b)| a.max(b));
-        part.findings.iter_mut().for_each(|finding| finding.place.ordinal = number as u32);
+        part.findings.iter_mut().for_each(|finding| finding.place.ordinal = number as u16);
         out.append(part);
     }
     let all = content.placements.iter().flat_map(|(_, instances)| instances.iter());
@@ -181,7 +181,7 @@ fn check_shape(content: &Content<'_>, posed: &Posed<'_>, number: usize, first: u
     for (i, (node, like)) in posed.nodes.iter().zip(first.nodes).enumerate() {
         if (node.first, node.count) != (like.first, like.count) {
             let place = Place {
-                ordinal: posed.pose.block,
+                ordinal: posed.pose.block as u16,
                 tree: Some((number as u32, i as u64)),
                 ..Place::record(SectionKind::NODE, posed.pose.node_offset + i as u64)
             };
@@ -228,7 +228,7 @@ fn check_pose(
     for finding in &mut part.findings {
         let place = &mut finding.place;
         let (section, start, ordinal) = match place.section {
-            Some(SectionKind::NODE) => (SectionKind::NODE, posed.pose.node_offset, posed.pose.block),
+            Some(SectionKind::NODE) => (SectionKind::NODE, posed.pose.node_offset, posed.pose.block as u16),
             Some(SectionKind::TRIS) => (SectionKind::TRIX, posed.topology.ref_offset, 0),
             Some(SectionKind::VERT) => (SectionKind::VERT, posed.topology.ref_offset, 0),
             Some(SectionKind::GEOM) => (SectionKind::GEOM, parts.start.into(), 0),
