@@ -126,9 +126,10 @@ pub fn failure(error: &CacheError) -> Failure {
             failure.help("if you trust the file, raise the limit: --max-memory 32G")
         }
         CacheError::Limit { limit: Limited::Machine { .. }, .. } => failure.help(MORE_MEMORY),
-        CacheError::Sequence { .. } => {
-            failure.help("take a frame out of it as a still file: bvhc convert FILE -o STILL --frame 0")
-        }
+        CacheError::Sequence { name, .. } => failure.help(format!(
+            "take a frame out of it as a still file: bvhc convert {} -o STILL --frame N",
+            names::escape(name)
+        )),
         CacheError::Still { .. } => failure.help("leave out --frame"),
         CacheError::NoFrame { .. } => failure.help("see which there are: bvhc info FILE"),
         CacheError::Limit { .. } => failure.help("split the scene into several models, or shorten its names"),

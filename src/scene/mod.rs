@@ -221,32 +221,27 @@ pub struct Statement {
 }
 
 impl ReadReport {
-    /// Add what reading another frame of the same sequence dropped. What a model says once, such as how many animations are not played, is counted once.
-    pub fn add(&mut self, frame: &ReadReport) {
-        let sums = [
+    /// Take over what another frame of the same sequence lost more of: afterwards each count is the largest of all frames.
+    pub fn raise(&mut self, frame: &ReadReport) {
+        let counts = [
             (&mut self.degenerate_triangles, frame.degenerate_triangles),
             (&mut self.non_finite_triangles, frame.non_finite_triangles),
             (&mut self.out_of_range_triangles, frame.out_of_range_triangles),
             (&mut self.unreferenced_positions, frame.unreferenced_positions),
-            (&mut self.unknown_statements, frame.unknown_statements),
             (&mut self.skipped_primitives, frame.skipped_primitives),
             (&mut self.singular_instances, frame.singular_instances),
             (&mut self.out_of_range_instances, frame.out_of_range_instances),
+            (&mut self.unknown_statements, frame.unknown_statements),
+            (&mut self.unplayed_animations, frame.unplayed_animations),
+            (&mut self.unknown_channels, frame.unknown_channels),
+            (&mut self.unposed_skins, frame.unposed_skins),
+            (&mut self.uninstanced_skins, frame.uninstanced_skins),
             (&mut self.unweighted_vertices, frame.unweighted_vertices),
             (&mut self.unapplied_morph_weights, frame.unapplied_morph_weights),
             (&mut self.absent_materials, frame.absent_materials),
             (&mut self.hidden_nodes, frame.hidden_nodes),
         ];
-        for (sum, count) in sums {
-            *sum = sum.saturating_add(count);
-        }
-        let once = [
-            (&mut self.unplayed_animations, frame.unplayed_animations),
-            (&mut self.unknown_channels, frame.unknown_channels),
-            (&mut self.unposed_skins, frame.unposed_skins),
-            (&mut self.uninstanced_skins, frame.uninstanced_skins),
-        ];
-        for (most, count) in once {
+        for (most, count) in counts {
             *most = count.max(*most);
         }
         if self.first_unknown_statement.is_none() {

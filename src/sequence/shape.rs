@@ -27,7 +27,7 @@ struct Keyed {
     tree: Tree,
     /// Its vertices and its row in the file, once a pose needed them.
     stored: Option<(Weld, u32)>,
-    /// What it costs in the pose that it was built over; of a tree for many poses the most in those.
+    /// What it costs in the pose that it was built over; of a tree for many poses the least in those.
     cost: Cost,
     /// The largest cost, relative to that, at which building anew was not worth it.
     borne: f32,
@@ -49,9 +49,9 @@ impl Cost {
         Cost { sah, excess: sah / unit }
     }
 
-    /// The larger of each.
-    pub fn max(self, other: Cost) -> Cost {
-        Cost { sah: self.sah.max(other.sah), excess: self.excess.max(other.excess) }
+    /// The smaller of each.
+    pub fn min(self, other: Cost) -> Cost {
+        Cost { sah: self.sah.min(other.sah), excess: self.excess.min(other.excess) }
     }
 
     /// How many times another cost it is, by the measure that says more. The SAH alone takes a smaller root for a worse tree, and what is over the triangles'
@@ -75,7 +75,7 @@ pub struct Fitted {
 }
 
 impl Shape {
-    /// Trees for the whole animation, each with the largest cost that it has in the poses that it was made for.
+    /// Trees for the whole animation, each with the least cost that it has in the poses that it was made for.
     pub fn surveyed(trees: impl IntoIterator<Item = (Tree, Cost)>) -> Shape {
         let keyed = |(tree, cost)| Keyed { tree, stored: None, cost, borne: 0.0 };
         Shape { trees: trees.into_iter().map(keyed).collect(), current: 0, is_surveyed: true }

@@ -49,15 +49,20 @@ impl Survey {
             // What cannot be indexed or is no number was refused when it was laid out.
             poses.positions.iter().for_each(|positions| _ = motion.push(positions));
             let keyed = keyed(&motion, trees, options, exec, progress)?;
-            let mut largest = vec![Cost::default(); keyed.trees.len()];
+            let mut least: Vec<Option<Cost>> = vec![None; keyed.trees.len()];
             for (frame, tree) in keyed.serves.iter().enumerate() {
                 let mut nodes = keyed.trees[*tree].nodes.clone();
                 let refs = &keyed.trees[*tree].refs;
                 crate::tree::refit(&mut nodes, |slot| motion.corners(frame, refs[slot] as usize));
-                largest[*tree] = largest[*tree].max(Cost::of(&nodes, unit(&motion, frame)));
+                let cost = Cost::of(&nodes, unit(&motion, frame));
+                least[*tree] = Some(least[*tree].map_or(cost, |least| least.min(cost)));
             }
             let count = keyed.trees.len() as u64;
-            Ok((topology, Shape::surveyed(keyed.trees.into_iter().zip(largest)), count))
+            Ok((
+                topology,
+                Shape::surveyed(keyed.trees.into_iter().zip(least.into_iter().map(Option::unwrap_or_default))),
+                count,
+            ))
         };
         moving.map(shape).collect()
     }

@@ -56,6 +56,7 @@ fn the_frames_of_a_pattern_become_one_file() {
     );
 
     let json = place.ok("build in/wave.%03d.obj -o wave.bvhc --trees first --force --json").json();
+    assert_eq!(json["results"][0]["built"]["duplication"], 0.0, "parts of triangles cannot follow");
     let frames = json["results"][0]["built"]["sequence"]["frames"].as_array().unwrap();
     assert_eq!(frames.iter().map(|f| f["number"].as_i64().unwrap()).collect::<Vec<_>>(), [1, 2, 3, 4, 5]);
     assert!(frames[1]["worst_ratio"].as_f64().unwrap() > 0.9);
@@ -74,6 +75,8 @@ fn a_frame_that_is_taken_out_is_what_a_still_build_makes() {
     assert!(said.out.starts_with("two.bvhc  frame 2: "), "{}", said.out);
     place.ok("check two.bvhc");
     place.ok("verify two.bvhc --device cpu --rays 2000");
+    place.ok("check two.bvhc --source in/wave.002.obj");
+    assert_eq!(place.run("check two.bvhc --source in/wave.001.obj").code, 1);
     place.ok("build in/wave.002.obj -o still.bvhc --levels two --vertices");
     let hits = |file: &str| place.ok(&format!("stats {file} --json")).json()["files"][0]["instanced_triangles"].clone();
     assert_eq!(hits("two.bvhc"), hits("still.bvhc"));
@@ -102,7 +105,7 @@ fn frames_that_are_missing_are_held_or_left_out_and_counts_may_change() {
     // Frames without a triangle are told; a sequence of nothing else is refused.
     place.write("in/heli.0003.obj", "v 0 0 0\n");
     let said = place.ok("build in/heli.%04d.obj -o heli.bvhc");
-    assert!(said.err.contains("there is no triangle in 1 frame"), "{}", said.err);
+    assert!(said.err.contains("heli.bvhc, frame 3: there is no triangle in 1 frame"), "{}", said.err);
     place.ok("check heli.bvhc");
     let nothing = place.run("build in/heli.%04d.obj -o none.bvhc --frames 3");
     assert!(nothing.code == 4 && !place.path("none.bvhc").exists(), "{} {}", nothing.code, nothing.err);
@@ -128,8 +131,17 @@ fn a_clip_is_played() {
     let top = |file: &str| place.ok(&format!("info {file} --json")).json()["files"][0]["scene_bounds"]["max"].clone();
     assert_eq!(top("last.bvhc"), top("still.bvhc"));
 
+    // A frame that is taken out is compared with the model at its moment.
+    place.ok("check last.bvhc --source two.gltf");
+    place.ok("verify last.bvhc --source two.gltf --device cpu --rays 1000");
+    let whole = place.run("check rise.bvhc --source two.gltf");
+    assert!(whole.code == 2 && whole.err.contains("bvhc convert rise.bvhc -o STILL --frame N"), "{}", whole.err);
+
     place.write("a.obj", strip(1));
     for (args, code, told) in [
+        ("two.gltf --clip Rise --fps 4 --levels one", 2, "each frame has a top level"),
+        ("two.gltf --clip Walk --fps 4 -n", 4, "it has no animation named 'Walk'"),
+        ("a.obj --fps 4 -n", 4, "it has no animations"),
         ("two.gltf --fps 4", 4, "it has 2 animations"),
         ("two.gltf --clip Rise --fps 4 --time 1", 2, "cannot be used with"),
         ("two.gltf --clip Rise --fps 0", 2, "above 0"),
@@ -142,6 +154,8 @@ fn a_clip_is_played() {
         assert!(said.code == code && said.err.contains(told), "{args}: {} {}", said.code, said.err);
     }
     assert!(!place.path("x.bvhc").exists());
+    let named = place.run("build two.gltf --clip Rise --fps 4 -o rise.%04d.bvhc");
+    assert!(named.code == 2 && named.err.contains("a clip becomes one file"), "{}", named.err);
 }
 
 #[test]

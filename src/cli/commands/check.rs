@@ -120,6 +120,11 @@ fn level(args: &CheckArgs) -> Result<Level, Failure> {
 fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Result<Report, Failure> {
     let bytes = FileBytes::open(path, &caches::options(context)).map_err(|e| caches::failure(&e))?;
     let limits = Limits { max_issues: args.max_issues, max_memory: context.global.max_memory };
+    if level == Level::Source && caches::is_sequence(path, context) {
+        return Err(Failure::new(Exit::Usage, format!("cannot compare {} with a model", names::path(path)))
+            .fact("it is a sequence, and a model is one moment of it")
+            .help(format!("compare a frame: bvhc convert {} -o STILL --frame N", names::path(path))));
+    }
     let Some(model) = args.source.as_ref().filter(|_| level == Level::Source) else {
         return Ok(check_bytes(bytes.as_slice(), level, None, &limits, &context.exec));
     };

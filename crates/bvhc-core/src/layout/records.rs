@@ -143,7 +143,7 @@ pub mod tree_flags {
     pub const DUP_REFS: u32 = 2;
     /// Nodes and leaves stand in canonical depth-first order.
     pub const CANONICAL_DFS: u32 = 4;
-    /// The file has many frames: [`required_features::SEQUENCE`](super::required_features::SEQUENCE).
+    /// The file has many frames: [`required_features::SEQUENCE`](crate::layout::required_features::SEQUENCE).
     pub const SEQUENCE: u32 = 8;
     /// `TNOD` and `INST` are present.
     pub const TWO_LEVEL: u32 = 16;

@@ -25,7 +25,7 @@ use crate::report::info::hex;
 use crate::scene::ReadOptions;
 use clap::{Args, ValueEnum};
 use frames::FrameArgs;
-pub use frames::Numbers;
+pub use frames::{Numbers, clip_of};
 use make::Workshop;
 use outcome::{ErrorObject, Outcome, Status};
 pub use plan::same_file;
@@ -224,8 +224,10 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
         if job.output.parent().is_none_or(Path::exists) || job.output == args.output {
             plan::writable(job)?;
         }
-        // Of a sequence each frame would have to be read.
-        let model = if job.frames.is_none() { Some(workshop.rehearse(job)?) } else { None };
+        let model = match &job.frames {
+            Some(frames) => workshop.rehearse_sequence(job, frames).map(|()| None)?,
+            None => Some(workshop.rehearse(job)?),
+        };
         return Ok((Outcome { reason: Some(reason), model, ..Outcome::new(job, Status::WouldBuild) }, line));
     }
 

@@ -71,6 +71,11 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
         return Err(refuse("a clip is played from a file, and an input is standard input".into())
             .help("write the model to a file first"));
     }
+    if plays.is_some() && !args.frames.literal && Pattern::parse(&args.output).is_some() {
+        let shown = names::path(&args.output);
+        return Err(refuse(format!("a clip becomes one file, and {shown} has a place for a frame's number"))
+            .help("name a file without one, or add --literal"));
+    }
     // One file for all frames of a pattern, where the output is a plain name.
     let inputs = match into_folder || pattern.is_some() || args.inputs.len() != 1 {
         false if !inputs.is_empty() && inputs.iter().all(|i| i.frame.is_some()) => {

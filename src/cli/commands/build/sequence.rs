@@ -80,11 +80,18 @@ struct Told {
     inputs: Vec<InputFile>,
     frames: Vec<FrameOutcome>,
     read_time: Duration,
+    /// The numbers of the frames that did not arrive whole.
+    troubled: Vec<i32>,
 }
 
 impl Told {
-    fn scene(&mut self, scene: &Scene) {
-        self.report.add(&scene.report);
+    fn scene(&mut self, scene: &Scene, number: i32, read: &ReadOptions) {
+        let (report, rounding, placing) = (&scene.report, &scene.rounding, &Placing::default());
+        let remarks = Remarks { report, read, rounding, placing };
+        if scene.meshes.is_empty() || !remarks.warnings(Levels::Two).is_empty() {
+            self.troubled.push(number);
+        }
+        self.report.raise(&scene.report);
         if scene.rounding.loss.share >= self.rounding.loss.share {
             self.rounding = scene.rounding;
         }
@@ -96,7 +103,7 @@ impl Told {
     }
 
     fn frame(&mut self, frame: FrameOutcome) {
-        self.placing.collapsed += frame.placing.collapsed;
+        self.placing.collapsed = self.placing.collapsed.max(frame.placing.collapsed);
         if frame.placing.loss.share >= self.placing.loss.share {
             self.placing.loss = frame.placing.loss;
         }
@@ -113,13 +120,19 @@ impl Workshop<'_> {
     /// Read, build and write a sequence frame by frame. Nothing is at the output's place before everything else has succeeded.
     pub fn make_sequence(&self, job: &Job, frames_of: &Frames) -> Result<Made, Failure> {
         let start = Instant::now();
+        if self.build.levels == Levels::One {
+            return Err(Failure::new(Exit::Usage, "cannot build a sequence with one level")
+                .fact("each frame has a top level, by which what stands still is stored once")
+                .help("leave out --levels one and --flatten"));
+        }
         let (name, model) = (names::path(&job.output), names::path(&job.input));
         let bar = Bar::new(&self.context.terminal, &name);
         let ear = Ear(&bar);
         let (read, policy) = (read_options(&self.read), self.args.frames.policy());
         let exec = &self.context.exec;
+        let build = build_options(&self.build, &policy);
         let mut builder =
-            SequenceBuilder::new(&job.output, &self.build, policy, self.codec, exec, &ear).map_err(|e| failure(&e))?;
+            SequenceBuilder::new(&job.output, &build, policy, self.codec, exec, &ear).map_err(|e| failure(&e))?;
         let mut told = Told::default();
         match frames_of {
             Frames::Files(list) => self.files(list, &read, &mut builder, &mut told, &bar)?,
@@ -127,14 +140,14 @@ impl Workshop<'_> {
                 let mut progress = |_, _| ();
                 scene::play(&job.input, choice, &read, exec, &mut progress, |clip| {
                     let times = self.times(clip.animation(), *fps, *range, &model)?;
-                    self.clip(clip, &times, &mut builder, &mut told, &bar)
+                    self.clip(clip, &times, &read, &mut builder, &mut told, &bar)
                 })
                 .map_err(|e| caches::scene_failure(&e))??;
             }
         }
         self.not_an_input(job, &told.inputs)?;
 
-        let Told { mut report, rounding, placing, inputs, frames, read_time } = told;
+        let Told { mut report, rounding, placing, inputs, frames, read_time, troubled } = told;
         report.degenerate_triangles += placing.collapsed;
         let remarks = Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing };
         if frames.iter().all(|frame| frame.triangles == 0) && self.args.empty == Empty::Error {
@@ -145,7 +158,14 @@ impl Workshop<'_> {
         if empty > 0 {
             lines.push(format!("there is no triangle in {}", figures::counted(empty, "frame", "frames")));
         }
-        lines.iter().for_each(|line| self.context.terminal.warn(&format!("{model}: {line}")));
+        let place = match troubled[..] {
+            [] => name.clone(),
+            [only] => format!("{name}, frame {only}"),
+            [first, ..] => {
+                format!("{name}, {} from {first} on", figures::counted(troubled.len() as u64, "frame", "frames"))
+            }
+        };
+        lines.iter().for_each(|line| self.context.terminal.warn(&format!("{place}: {line}")));
 
         bar.spin("writing");
         let build_time = start.elapsed().saturating_sub(read_time);
@@ -170,6 +190,38 @@ impl Workshop<'_> {
         };
         let arrival = Arrival { read: report, rounding, placing, posed: None, remarks: lines };
         Ok(self.made(&written, SequenceBuilt::new(frames, surveyed), inputs, arrival, times))
+    }
+
+    /// Read all that a sequence is built from, and say what the build would say of it; nothing is built.
+    pub fn rehearse_sequence(&self, job: &Job, frames_of: &Frames) -> Result<(), Failure> {
+        let bar = Bar::new(&self.context.terminal, &names::path(&job.output));
+        let (read, exec) = (read_options(&self.read), &self.context.exec);
+        let mut progress = |_, _| ();
+        match frames_of {
+            Frames::Files(list) => {
+                bar.phase("reading frames of", list.len() as u64);
+                for (i, frame) in list.iter().filter(|frame| !frame.held).enumerate() {
+                    let scene = scene::read_with(&frame.model, &read, exec, &mut progress);
+                    caches::fits(
+                        &frame.model,
+                        &scene.map_err(|e| caches::scene_failure(&e))?,
+                        &self.build,
+                        self.context,
+                    )?;
+                    bar.set(i as u64 + 1, list.len() as u64);
+                }
+                Ok(())
+            }
+            Frames::Clip { choice, fps, range } => {
+                let model = names::path(&job.input);
+                let played = scene::play(&job.input, choice, &read, exec, &mut progress, |clip| {
+                    let times = self.times(clip.animation(), *fps, *range, &model)?;
+                    let posed = times.first().map(|time| clip.at(*time).map_err(|e| caches::scene_failure(&e)));
+                    posed.transpose().map(|_| ())
+                });
+                played.map_err(|e| caches::scene_failure(&e))?
+            }
+        }
     }
 
     fn made(
@@ -225,7 +277,7 @@ impl Workshop<'_> {
         for (i, frame) in list.iter().enumerate() {
             let Some((scene, took)) = next.take().transpose()? else { break };
             told.read_time += took;
-            told.scene(&scene);
+            told.scene(&scene, frame.number, read);
             caches::fits(&frame.model, &scene, &self.build, self.context)?;
             let label = FrameLabel { number: frame.number, time: None, held: frame.held };
             let (done, read_ahead) = exec.join(|| builder.add(scene, label), || list.get(i + 1).map(read_one));
@@ -240,6 +292,7 @@ impl Workshop<'_> {
         &self,
         clip: &mut Clip<'_, '_, '_>,
         times: &[Seconds],
+        read: &ReadOptions,
         builder: &mut SequenceBuilder,
         told: &mut Told,
         bar: &Bar,
@@ -257,7 +310,7 @@ impl Workshop<'_> {
             let start = Instant::now();
             let scene = clip.at(*time).map_err(|e| caches::scene_failure(&e))?;
             told.read_time += start.elapsed();
-            told.scene(&scene);
+            told.scene(&scene, i as i32, read);
             let label = FrameLabel { number: i as i32, time: Some(time.get() as f32), held: false };
             told.frame(builder.add(scene, label).map_err(|e| failure(&e))?);
             bar.set(i as u64 + 1, times.len() as u64);
@@ -294,8 +347,17 @@ impl Workshop<'_> {
             ))
             .help("choose a part of it by --play FROM..TO, or a lower --fps"));
         }
-        let times: Vec<Seconds> = (0..=steps as u64).filter_map(|k| Seconds::new(first + k as f64 / rate)).collect();
+        // Keys are f32, and so is the time that the file keeps: who poses the model at that time sees the frame.
+        let times: Vec<Seconds> =
+            (0..=steps as u64).filter_map(|k| Seconds::new(f64::from((first + k as f64 / rate) as f32))).collect();
         let count = figures::counted(times.len() as u64, "frame", "frames");
+        if let Some(keys) = animation.keys
+            && let Some((from, to)) = range
+            && (keys.holds_at(from) || keys.holds_at(to))
+        {
+            let note = format!("{model}: {shown} holds its first or last value in part of {from} to {to} s ({keys})");
+            self.context.terminal.note(&note);
+        }
         self.context.terminal.detail(&format!("{model}: {shown}: {count} from {first} s on, {rate} a second{why}"));
         Ok(times)
     }

@@ -62,3 +62,35 @@ impl Frames {
         }
     }
 }
+
+/// The clip that META has of a sequence; `None` where it has files.
+pub fn clip_of(recorded: &str) -> Option<AnimationChoice> {
+    let rest = recorded.strip_prefix("clip, ")?;
+    // A name stands last and may have commas in it.
+    if let Some((_, name)) = rest.split_once(", name ") {
+        return Some(AnimationChoice::Name(name.to_owned()));
+    }
+    match rest.rsplit_once(", number ") {
+        Some((_, number)) => number.parse().ok().map(AnimationChoice::Number),
+        None => Some(AnimationChoice::Only),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_clip_that_is_recorded_is_read_back() {
+        let stretch = Seconds::new(0.5).zip(Seconds::new(2.0));
+        for choice in
+            [AnimationChoice::Only, AnimationChoice::Number(3), AnimationChoice::Name("a, number 4, name b".into())]
+        {
+            for (fps, range) in [(Fps::Auto, None), (Fps::Rate(24.0), stretch)] {
+                let frames = Frames::Clip { choice: choice.clone(), fps, range };
+                assert_eq!(clip_of(&frames.recorded()), Some(choice.clone()), "{}", frames.recorded());
+            }
+        }
+        assert_eq!(clip_of("files 1-20, held 3"), None);
+    }
+}

@@ -13,7 +13,7 @@ use crate::cli::figures;
 use crate::cli::names;
 use crate::scene::Seconds;
 use crate::sequence::{Refit, RefitPolicy, Trees};
-pub use chosen::{Frames, MOST_FRAMES, OneFrame};
+pub use chosen::{Frames, MOST_FRAMES, OneFrame, clip_of};
 use clap::{Args, ValueEnum};
 use folder::Folder;
 use numbers::MOST;
