@@ -56,7 +56,9 @@ fn a_sequence_is_played() {
     builder.finish(&bvhc::cache::Meta::default()).unwrap();
     let text = output(example("frames").arg(&file));
     let hits: Vec<&str> = text.lines().filter_map(|line| line.split_once("triangles  ")).map(|(_, hit)| hit).collect();
-    assert_eq!(hits, ["triangle 0 of 'roof' at 2", "triangle 0 of 'roof' at 3"], "{text}");
+    // The box that the ray starts above is rounded outward.
+    let roofs = ["triangle 0 of 'roof' at 2.00000", "triangle 0 of 'roof' at 3.00000"];
+    assert!(hits.len() == 2 && hits.iter().zip(roofs).all(|(hit, roof)| hit.starts_with(roof)), "{text}");
 }
 
 #[test]

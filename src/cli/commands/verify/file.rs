@@ -59,6 +59,9 @@ pub fn verify(
     verify_opened(&cache, path, args, plan, bench, &bar, context)
 }
 
+/// Fewest rays of a frame, where it is not said how many.
+const LEAST_RAYS: u64 = 20_000;
+
 /// Each of the frames of a sequence that are asked for, as the still file that it is.
 pub fn verify_frames(
     path: &Path,
@@ -78,6 +81,14 @@ pub fn verify_frames(
         return Err(Failure::new(Exit::Usage, format!("cannot verify {}", names::path(path)))
             .fact(format!("no frame is asked for that it has; it has{ends}")));
     }
+    if let Frames::Some(asked) = frames
+        && let Some(absent) = asked.list().iter().find(|number| !numbers.contains(number))
+    {
+        context.terminal.warn(&format!("{}: there is no frame {absent}", names::path(path)));
+    }
+    // What is a million rays for a still file is shared by the frames.
+    let rays = args.rays.unwrap_or_else(|| (plan.rays / numbers.len() as u64).max(LEAST_RAYS));
+    let plan = &Plan { rays, ..plan.clone() };
     for number in numbers {
         let bar = Bar::new(&context.terminal, &format!("{} frame {number}", names::path(path)));
         let verified = still(&sequence, path, number, context)
