@@ -3,7 +3,7 @@
 use super::build::clip_of;
 use super::build::parse_codec;
 use super::build::same_file;
-use crate::cache::{self, Codec, ConvertOptions, Dependency, FrameRecord, Image, Meta, Sequence, WriteOptions};
+use crate::cache::{self, Codec, ConvertOptions, Dependency, FrameRecord, Header, Image, Meta, Sequence, WriteOptions};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -83,15 +83,7 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
     let header = done.written.header;
     let dropped: Vec<String> = done.dropped.iter().map(ToString::to_string).collect();
     if context.terminal.json {
-        context.terminal.document(&Document {
-            schema: "bvhc.convert.v1",
-            input: &args.input.to_string_lossy(),
-            output: &args.output.to_string_lossy(),
-            input_len,
-            output_len: header.file_len,
-            content_id: hex(&header.content_id),
-            dropped,
-        })?;
+        tell(args, &header, input_len, dropped, context)?;
         return Ok(Exit::Success);
     }
     if !dropped.is_empty() {
@@ -103,6 +95,25 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
         context.terminal.result(&format!("{}  {from} → {to}, content {id} unchanged", names::path(&args.output)))?;
     }
     Ok(Exit::Success)
+}
+
+/// What was written, as JSON.
+fn tell(
+    args: &ConvertArgs,
+    header: &Header,
+    input_len: u64,
+    dropped: Vec<String>,
+    context: &Context,
+) -> Result<(), Failure> {
+    context.terminal.document(&Document {
+        schema: "bvhc.convert.v1",
+        input: &args.input.to_string_lossy(),
+        output: &args.output.to_string_lossy(),
+        input_len,
+        output_len: header.file_len,
+        content_id: hex(&header.content_id),
+        dropped,
+    })
 }
 
 /// Write one frame of a sequence as a still file.
@@ -121,15 +132,7 @@ fn extract(args: &ConvertArgs, number: i32, write: WriteOptions, context: &Conte
     drop(publishing);
     let (input_len, header) = (length(&args.input), written.header);
     if context.terminal.json {
-        context.terminal.document(&Document {
-            schema: "bvhc.convert.v1",
-            input: &args.input.to_string_lossy(),
-            output: &args.output.to_string_lossy(),
-            input_len,
-            output_len: header.file_len,
-            content_id: hex(&header.content_id),
-            dropped: Vec::new(),
-        })?;
+        tell(args, &header, input_len, Vec::new(), context)?;
     } else if !context.terminal.quiet {
         let (from, to) = (bytes(input_len), bytes(header.file_len));
         context.terminal.result(&format!("{}  frame {number}: {from} → {to}", names::path(&args.output)))?;

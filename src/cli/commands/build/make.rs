@@ -124,13 +124,7 @@ impl Workshop<'_> {
         if !self.args.no_check {
             self.check(job, written.header.file_id)?;
         }
-        let total = start.elapsed();
-        let times = Times {
-            read_ms: millis(read_time),
-            build_ms: millis(build_time),
-            write_ms: millis(total.saturating_sub(read_time + build_time)),
-            total_ms: millis(total),
-        };
+        let times = Times::new(read_time, build_time, start.elapsed());
         Ok(Made {
             built: Built::new(&image, &written, arrival, times),
             build_key: written.header.build_key,
@@ -186,10 +180,6 @@ pub(super) fn unchanged(inputs: &[InputFile], exec: &Executor) -> Result<(), Fai
         }
     }
     Ok(())
-}
-
-pub(super) fn millis(d: Duration) -> f64 {
-    (d.as_secs_f64() * 1e5).round() / 1e2
 }
 
 #[cfg(test)]

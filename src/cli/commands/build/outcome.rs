@@ -138,6 +138,19 @@ pub struct Times {
     pub total_ms: f64,
 }
 
+impl Times {
+    /// What is neither reading nor building is writing.
+    pub fn new(read: Duration, build: Duration, total: Duration) -> Times {
+        let millis = |d: Duration| (d.as_secs_f64() * 1e5).round() / 1e2;
+        Times {
+            read_ms: millis(read),
+            build_ms: millis(build),
+            write_ms: millis(total.saturating_sub(read + build)),
+            total_ms: millis(total),
+        }
+    }
+}
+
 impl Outcome {
     pub fn new(job: &Job, status: Status) -> Outcome {
         Outcome {

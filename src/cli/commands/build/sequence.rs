@@ -3,7 +3,7 @@
 use super::Empty;
 use super::frames::{Fps, Frames, MOST_FRAMES, OneFrame, TreeChoice};
 use super::inputs;
-use super::make::{Made, Workshop, millis, unchanged};
+use super::make::{Made, Workshop, unchanged};
 use super::outcome::{Arrival, Built, SequenceBuilt, Times};
 use super::plan::Job;
 use super::remarks::Remarks;
@@ -181,13 +181,7 @@ impl Workshop<'_> {
         if !self.args.no_check {
             self.check(job, written.header.file_id)?;
         }
-        let total = start.elapsed();
-        let times = Times {
-            read_ms: millis(read_time),
-            build_ms: millis(build_time),
-            write_ms: millis(total.saturating_sub(read_time + build_time)),
-            total_ms: millis(total),
-        };
+        let times = Times::new(read_time, build_time, start.elapsed());
         let arrival = Arrival { read: report, rounding, placing, posed: None, remarks: lines };
         Ok(self.made(&written, SequenceBuilt::new(frames, surveyed), inputs, arrival, times))
     }
