@@ -45,7 +45,8 @@ class Comparison:
         self.model, self.cache = model, cache
         self.differences = []
         self.compared = self.left_out = 0
-        self.dropped = {"degenerate": [0, 0], "non_finite": [0, 0]}  # in the meshes, and where they are shown
+        # In the meshes, and where they are shown.
+        self.dropped = {"degenerate": [0, 0], "non_finite": [0, 0], "out_of_range": [0, 0]}
         self.counted_meshes = set()
         self.gone_with_place = 0  # triangles of placements of which nothing is left
         self.keep = cache.options.get("degenerate") == "keep"
@@ -182,7 +183,10 @@ class Comparison:
         finite, flat = reasons(placement, part, rows)
         first = (placement.mesh, part.number, placement.node if part.deformed else NO_NODE) not in self.counted_meshes
         self.counted_meshes.add((placement.mesh, part.number, placement.node if part.deformed else NO_NODE))
-        for reason, these in (("non_finite", ~finite), ("degenerate", flat & finite)):
+        # A number of the model that f32 cannot hold is told from what is no number. What a place moves so far counts with the latter.
+        local = part.positions[part.corners[rows]]
+        beyond = np.isfinite(local).all(axis=(1, 2)) & ~np.isfinite(rounded(local)).all(axis=(1, 2))
+        for reason, these in (("non_finite", ~finite & ~beyond), ("out_of_range", beyond), ("degenerate", flat & finite)):
             self.dropped[reason][0] += int(these.sum()) * first
             self.dropped[reason][1] += int(these.sum())
         lost = finite & ~flat
