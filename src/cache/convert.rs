@@ -1,13 +1,15 @@
 //! Changing the container and not the content: raw to zstd and back.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io;
 use std::path::Path;
 
-use bvhc_core::cache::parts::{Fault, is_known_codec, is_understood};
+use bvhc_core::cache::parts::{Block, Encoder, Fault, is_known_codec, is_understood};
 
 use super::check::Limits;
 use super::intact::sound_sequence;
-use super::sealed::{Codec, Form, Piece, Sealed, WriteSummary};
+use super::sealed::{Codec, Form, Piece, Sealed, WriteSummary, store_delta};
 use super::writer::WriteOptions;
 use super::{Cache, CacheError, Head, MIN_MINOR, OpenOptions, SEQUENCE_MIN_MINOR, Sequence, Validation, section_flags};
 use super::{Header, SectionEntry, SectionKind, atomic, keys, tree_flags};
@@ -65,6 +67,7 @@ pub fn convert(
         entry,
         data: cache.section_bytes(i).map(Cow::Borrowed),
         stored: cache.stored_bytes(i),
+        packed: None,
     });
     let (sealed, dropped) = repack(cache.header(), &mut sections, &name, options, exec)?;
     atomic::replace(to, |file| sealed.write_to(file))?;
@@ -86,14 +89,50 @@ fn convert_sequence(
     let sequence = Sequence::open_on(from, &OpenOptions { validation: Validation::Hash, ..*open }, exec)?;
     let all = 0..sequence.sections().len();
     let data = all.map(|i| sequence.section_bytes(i, exec)).collect::<Result<Vec<_>, CacheError>>()?;
+    let mut packed = match options.write.codec {
+        Codec::Compact { level } => {
+            pack_blocks(&sequence, &data, level, exec).map_err(CacheError::io("compress", to))?
+        }
+        _ => BTreeMap::new(),
+    };
     let mut sections = sequence.sections().iter().zip(data).enumerate().map(|(i, (entry, data))| Section {
         entry,
         data,
         stored: sequence.stored_bytes(i),
+        packed: packed.remove(&i),
     });
     let (sealed, dropped) = repack(sequence.header(), &mut sections, &name, options, exec)?;
     atomic::replace(to, |file| sealed.write_to(std::io::BufWriter::new(file)))?;
     Ok(ConvertSummary { written: sealed.summary(), dropped })
+}
+
+/// The sections of the blocks as differences, by their indices in the table.
+fn pack_blocks(
+    sequence: &Sequence,
+    data: &[Option<Cow<'_, [u8]>>],
+    level: i32,
+    exec: &Executor,
+) -> io::Result<BTreeMap<usize, Vec<u8>>> {
+    let entries = sequence.sections();
+    let numbered = |kind: SectionKind, ordinal: usize| {
+        entries.iter().position(|entry| entry.kind == kind && entry.ordinal as usize == ordinal)
+    };
+    let (mut encoder, mut packed) = (Encoder::new(level), BTreeMap::new());
+    for block in 0..sequence.block_count() {
+        let places = [SectionKind::NODE, SectionKind::VPOS].map(|kind| numbered(kind, block));
+        let [Some(nodes), Some(vertices)] = places else { continue };
+        let bytes = |index: usize| data[index].as_deref().unwrap_or_default();
+        let rows = sequence.poses();
+        let until = |block: usize| rows.partition_point(|pose| (pose.block as usize) < block);
+        let block = Block {
+            poses: &rows[until(block)..until(block + 1)],
+            nodes: bytemuck::cast_slice(bytes(nodes)),
+            vertices: bytemuck::cast_slice(bytes(vertices)),
+        };
+        let both = encoder.block(sequence.topologies(), sequence.indexed_triangles(), block, exec)?;
+        packed.extend([nodes, vertices].into_iter().zip(both).filter_map(|(index, packed)| Some((index, packed?))));
+    }
+    Ok(packed)
 }
 
 /// A section of the file that is converted.
@@ -102,6 +141,8 @@ struct Section<'a> {
     /// Decoded, where that can be had.
     data: Option<Cow<'a, [u8]>>,
     stored: &'a [u8],
+    /// As differences.
+    packed: Option<Vec<u8>>,
 }
 
 fn repack<'a>(
@@ -113,7 +154,7 @@ fn repack<'a>(
 ) -> Result<(Sealed<'a>, Vec<SectionKind>), CacheError> {
     // Keep what is understood or may be copied unread.
     let (mut pieces, mut dropped) = (Vec::new(), Vec::new());
-    for Section { entry, data, stored } in sections {
+    for Section { entry, data, stored, packed } in sections {
         let known = is_understood(entry);
         let keep = if entry.kind == SectionKind::META {
             !options.drop_meta && (known || entry.is(section_flags::COPY_SAFE))
@@ -124,7 +165,13 @@ fn repack<'a>(
             dropped.push(entry.kind);
             continue;
         }
-        pieces.push(match data.filter(|_| is_known_codec(entry.codec)) {
+        if let (Some(packed), Some(data)) = (packed, &data) {
+            let mut entry = *entry;
+            store_delta(&mut entry, data, &packed, exec);
+            pieces.push(Piece { entry, data: Cow::from(packed).into(), form: Form::Stored });
+            continue;
+        }
+        pieces.push(match data.filter(|_| is_known_codec(entry)) {
             Some(data) => Piece { entry: *entry, data: data.into(), form: Form::Decoded },
             None => Piece { entry: *entry, data: stored.into(), form: Form::Stored },
         });
@@ -148,14 +195,17 @@ fn repack<'a>(
 }
 
 impl Codec {
-    /// `raw`, `zstd` or `zstd:LEVEL` with a level of 1 to 22.
+    /// `raw`, `zstd`, `compact`, or one of these two with `:LEVEL`, a level of 1 to 22.
     pub fn parse(text: &str) -> Option<Codec> {
-        match text.split_once(':') {
-            None if text == "raw" => Some(Codec::Raw),
-            None if text == "zstd" => Some(Codec::Zstd { level: 3 }),
-            Some(("zstd", level)) => {
-                level.parse().ok().filter(|level| (1..=22).contains(level)).map(|level| Codec::Zstd { level })
-            }
+        let (name, level) = text.split_once(':').map_or((text, None), |(name, level)| (name, Some(level)));
+        let level = |usual: i32| match level {
+            None => Some(usual),
+            Some(level) => level.parse().ok().filter(|level| (1..=22).contains(level)),
+        };
+        match name {
+            "raw" if level(0) == Some(0) => Some(Codec::Raw),
+            "zstd" => level(3).map(|level| Codec::Zstd { level }),
+            "compact" => level(9).map(|level| Codec::Compact { level }),
             _ => None,
         }
     }

@@ -6,6 +6,8 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
+use bvhc_core::cache::parts::is_known_codec;
+
 use super::keys::{InputHash, Recipe};
 use super::{CacheError, Dependency, Head, Meta, OpenOptions};
 use crate::exec::Executor;
@@ -204,7 +206,7 @@ fn compare_recipe(meta: &Meta, recipe: &Recipe) -> Result<(), Staleness> {
 /// A section that readers of this version pass over is none that a build would write. Kinds that are not known here are other programs' own.
 fn is_understood(head: &Head) -> Result<(), Staleness> {
     let is_other = |s: &&SectionEntry| {
-        let known_codec = matches!(s.codec, SectionEntry::RAW | SectionEntry::ZSTD);
+        let known_codec = is_known_codec(s);
         s.kind.rule().is_some_and(|rule| s.schema != rule.schema || s.ordinal >= rule.ordinals || !known_codec)
     };
     match head.sections.iter().find(is_other) {

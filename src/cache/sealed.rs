@@ -6,9 +6,9 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 
 use bytemuck::{bytes_of, cast_slice};
 
-use bvhc_core::cache::parts::pack;
+use bvhc_core::cache::parts::{encode_triangles, frames_of, pack};
 
-use super::{Header, SectionEntry, keys, minor_of};
+use super::{DELTA_MIN_MINOR, Header, MIN_MINOR, SectionEntry, SectionKind, keys, minor_of};
 use crate::exec::Executor;
 
 /// How sections are stored.
@@ -23,6 +23,22 @@ pub enum Codec {
         /// Higher is smaller and slower to write; opening takes the same.
         level: i32,
     },
+    /// As zstd, and of the poses of a sequence what remains once they were predicted from others: several times smaller, and slower to open. A still
+    /// file has nothing that is stored so.
+    Compact {
+        /// As that of zstd; 9 is usual.
+        level: i32,
+    },
+}
+
+impl Codec {
+    /// The level of zstd; `None` where nothing is packed.
+    pub fn level(self) -> Option<i32> {
+        match self {
+            Codec::Raw => None,
+            Codec::Zstd { level } | Codec::Compact { level } => Some(level),
+        }
+    }
 }
 
 /// What was written.
@@ -101,7 +117,14 @@ pub(super) fn store<'a>(
     entry.raw_len = data.len() as u64;
     entry.raw_hash = exec.hash(&data);
     entry.stored_hash = entry.raw_hash;
-    if let Codec::Zstd { level } = codec
+    if let (Codec::Compact { level }, SectionKind::TRIX) = (codec, entry.kind) {
+        let packed = frames_of(&encode_triangles(&data), level, exec)?;
+        if packed.len() < data.len() {
+            store_delta(entry, &data, &packed, exec);
+            return Ok(packed.into());
+        }
+    }
+    if let Some(level) = codec.level()
         && let Some(packed) = pack(&data, level, exec)?
     {
         entry.codec = SectionEntry::ZSTD;
@@ -109,6 +132,19 @@ pub(super) fn store<'a>(
         return Ok(packed.into());
     }
     Ok(data)
+}
+
+/// Give bytes that are packed as differences their codec and their hashes.
+pub(super) fn store_delta(entry: &mut SectionEntry, raw: &[u8], packed: &[u8], exec: &Executor) {
+    entry.codec = SectionEntry::DELTA;
+    (entry.raw_len, entry.stored_len) = (raw.len() as u64, packed.len() as u64);
+    entry.raw_hash = exec.hash(raw);
+    entry.stored_hash = exec.hash(packed);
+}
+
+/// The smallest minor of a reader that needs to know how these sections are stored.
+fn min_minor(entries: &[SectionEntry]) -> u16 {
+    if entries.iter().any(|entry| entry.codec == SectionEntry::DELTA) { DELTA_MIN_MINOR } else { MIN_MINOR }
 }
 
 /// A file that is ready to be written: every byte is decided.
@@ -138,7 +174,8 @@ impl<'a> Sealed<'a> {
             stored.push(data);
         }
         header.file_len = end.next_multiple_of(64);
-        header.minor = minor_of(entries.iter().map(|entry| entry.kind));
+        header.minor = minor_of(&entries);
+        header.min_minor = header.min_minor.max(min_minor(&entries));
         header.section_count = entries.len() as u32;
         header.content_id = keys::content_id(&entries);
         header.file_id = keys::file_id(&header, &[], cast_slice(&entries));

@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 
 use bytemuck::{Zeroable, cast_slice};
 
-use bvhc_core::cache::parts::encode_names;
+use bvhc_core::cache::parts::{Block, Encoder, encode_names};
 
-use super::sealed::{Data, Form, Piece, Sealed, store};
+use super::sealed::{Data, Form, Piece, Sealed, store, store_delta};
 use super::writer::builder_id;
 use super::{
     CacheError, Codec, FrameRecord, GeomRecord, Header, IndexedTriangleRecord, InstanceRecord, KINDS, MAGIC, MAJOR,
@@ -47,6 +47,8 @@ pub struct SequenceWriter<'e> {
     name: String,
     path: PathBuf,
     codec: Codec,
+    /// Packs blocks as differences, where that was asked for.
+    encoder: Option<Encoder>,
     exec: &'e Executor,
     spool: Spool,
     topologies: Vec<TopologyRecord>,
@@ -90,6 +92,7 @@ impl<'e> SequenceWriter<'e> {
             name: path.display().to_string(),
             path: path.to_owned(),
             codec,
+            encoder: if let Codec::Compact { level } = codec { Some(Encoder::new(level)) } else { None },
             exec,
             spool: Spool { file, end: 0, entries: Vec::new() },
             topologies: Vec::new(),
@@ -187,10 +190,7 @@ impl<'e> SequenceWriter<'e> {
     ) -> Result<u64, CacheError> {
         let before = self.spool.end;
         if !self.nodes.is_empty() || !self.vertices.is_empty() {
-            let (nodes, vertices) = (std::mem::take(&mut self.nodes), std::mem::take(&mut self.vertices));
-            self.spool(SectionKind::NODE, self.blocks, nodes.len(), cast_slice(&nodes))?;
-            self.spool(SectionKind::VPOS, self.blocks, vertices.len(), cast_slice(&vertices))?;
-            self.blocks += 1;
+            self.close_block()?;
         }
         let mut hasher = blake3::Hasher::new();
         hasher.update(&(tlas_nodes.len() as u64).to_le_bytes());
@@ -198,8 +198,8 @@ impl<'e> SequenceWriter<'e> {
         let next = self.placements.len() as u32;
         let placement = *self.placements.entry(*hasher.finalize().as_bytes()).or_insert(next);
         if placement == next {
-            self.spool(SectionKind::TNOD, placement, tlas_nodes.len(), cast_slice(tlas_nodes))?;
-            self.spool(SectionKind::INST, placement, instances.len(), cast_slice(instances))?;
+            self.spool(SectionKind::TNOD, placement, tlas_nodes.len(), cast_slice(tlas_nodes), None)?;
+            self.spool(SectionKind::INST, placement, instances.len(), cast_slice(instances), None)?;
             self.live_nodes += (tlas_nodes.len() as u64).saturating_sub(1);
             self.instances += instances.len() as u64;
             self.depth = self.depth.max(max_depth(tlas_nodes));
@@ -209,11 +209,41 @@ impl<'e> SequenceWriter<'e> {
         Ok(self.spool.end - before)
     }
 
-    fn spool(&mut self, kind: SectionKind, ordinal: u32, count: usize, bytes: &[u8]) -> Result<(), CacheError> {
+    /// Spool the nodes and vertices of the poses that were added since the last block.
+    fn close_block(&mut self) -> Result<(), CacheError> {
+        let (nodes, vertices) = (std::mem::take(&mut self.nodes), std::mem::take(&mut self.vertices));
+        let first = self.poses.partition_point(|pose| pose.block < self.blocks);
+        let block = Block { poses: &self.poses[first..], nodes: &nodes, vertices: &vertices };
+        let packed = match &mut self.encoder {
+            Some(encoder) => encoder.block(&self.topologies, &self.triangles, block, self.exec),
+            None => Ok([None, None]),
+        };
+        let [packed_nodes, packed_vertices] = packed.map_err(CacheError::io("compress", &self.path))?;
+        self.spool(SectionKind::NODE, self.blocks, nodes.len(), cast_slice(&nodes), packed_nodes)?;
+        self.spool(SectionKind::VPOS, self.blocks, vertices.len(), cast_slice(&vertices), packed_vertices)?;
+        self.blocks += 1;
+        Ok(())
+    }
+
+    /// Store a section; `packed` are its bytes as differences, where it has them.
+    fn spool(
+        &mut self,
+        kind: SectionKind,
+        ordinal: u32,
+        count: usize,
+        bytes: &[u8],
+        packed: Option<Vec<u8>>,
+    ) -> Result<(), CacheError> {
         let mut entry = SectionEntry { elem_count: count as u64, ordinal, ..entry_of(kind) };
-        let stored = store(&mut entry, Cow::Borrowed(bytes), self.codec, self.exec)
-            .and_then(|stored| self.spool.file.write_all(&stored).map(|()| stored.len() as u64));
-        entry.stored_len = stored.map_err(CacheError::io("write a temporary file beside", &self.path))?;
+        let stored = match packed {
+            Some(packed) => {
+                store_delta(&mut entry, bytes, &packed, self.exec);
+                Ok(packed.into())
+            }
+            None => store(&mut entry, Cow::Borrowed(bytes), self.codec, self.exec),
+        };
+        let written = stored.and_then(|stored| self.spool.file.write_all(&stored).map(|()| stored.len() as u64));
+        entry.stored_len = written.map_err(CacheError::io("write a temporary file beside", &self.path))?;
         self.spool.entries.push((entry, self.spool.end));
         self.spool.end += entry.stored_len;
         Ok(())
@@ -233,8 +263,8 @@ impl<'e> SequenceWriter<'e> {
         }
         // A file has at least one block and one placement, empty where no frame shows anything.
         if self.blocks == 0 {
-            self.spool(SectionKind::NODE, 0, 0, &[])?;
-            self.spool(SectionKind::VPOS, 0, 0, &[])?;
+            self.spool(SectionKind::NODE, 0, 0, &[], None)?;
+            self.spool(SectionKind::VPOS, 0, 0, &[], None)?;
         }
         self.spool.file.rewind().map_err(CacheError::io("read a temporary file beside", &self.path))?;
         let count = |what: &str, n: u64| {

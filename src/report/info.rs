@@ -254,6 +254,7 @@ impl From<&SectionEntry> for SectionInfo {
             codec: match e.codec {
                 SectionEntry::RAW => "raw".to_string(),
                 SectionEntry::ZSTD => "zstd".to_string(),
+                SectionEntry::DELTA => "delta".to_string(),
                 other => other.to_string(),
             },
             align: 1u64.checked_shl(u32::from(e.align_log2)).unwrap_or(0),

@@ -33,7 +33,7 @@ pub struct ConvertArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     frame: Option<i32>,
     /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3)
-    #[arg(long, value_name = "raw|zstd[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
+    #[arg(long, value_name = "raw|zstd[:LEVEL]|compact[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
     codec: Codec,
     /// Write over a file that is no cache, too
     #[arg(short, long)]

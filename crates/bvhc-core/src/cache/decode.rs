@@ -4,10 +4,10 @@ use super::aligned::AlignedBytes;
 use super::container::hex;
 #[cfg(not(feature = "zstd"))]
 use super::container::undecodable;
-#[cfg(feature = "zstd")]
-use super::pack;
 use super::report::{Finding, Place};
 use super::rules::{self, Rule};
+#[cfg(feature = "zstd")]
+use super::{delta, pack};
 use crate::exec::Executor;
 use crate::layout::SectionEntry;
 
@@ -30,10 +30,35 @@ impl Decoded<'_> {
 /// something else.
 #[cfg(feature = "zstd")]
 pub fn unpack(entry: &SectionEntry, stored: &[u8], raw_len: usize, exec: &Executor) -> Result<AlignedBytes, Finding> {
-    let raw = pack::unpack(stored, raw_len, exec)
-        .map_err(|found| Finding::new(&rules::E0205, place(entry), "it must decode as its entry says".into(), found))?;
-    check_hash(&rules::E0202, entry, raw.as_slice(), &entry.raw_hash, exec)?;
+    let mut raw = pack::unpack(stored, raw_len, exec).map_err(|found| undecoded(entry, found))?;
+    if entry.codec == SectionEntry::DELTA {
+        // Only the triangles are decoded by themselves.
+        let planes = raw;
+        raw = AlignedBytes::zeroed(raw_len)
+            .map_err(|_| undecoded(entry, format!("{raw_len} decoded bytes are more than this machine can hold")))?;
+        delta::decode_triangles(planes.as_slice(), raw.as_mut_slice());
+    }
+    check_raw(entry, raw.as_slice(), exec)?;
     Ok(raw)
+}
+
+/// The frames of a section of codec 2, which hold `len` bytes: what the decoder of poses goes on with.
+#[cfg(feature = "zstd")]
+pub fn unpack_delta(entry: &SectionEntry, stored: &[u8], len: u64, exec: &Executor) -> Result<AlignedBytes, Finding> {
+    let len = usize::try_from(len).unwrap_or(usize::MAX);
+    pack::unpack(stored, len, exec).map_err(|found| undecoded(entry, found))
+}
+
+/// E0205: why a section does not decode.
+#[cfg(feature = "zstd")]
+pub fn undecoded(entry: &SectionEntry, found: String) -> Finding {
+    Finding::new(&rules::E0205, place(entry), "it must decode as its entry says".into(), found)
+}
+
+/// Hold decoded bytes against the hash that the section's entry states: E0202.
+#[cfg(feature = "zstd")]
+pub fn check_raw(entry: &SectionEntry, raw: &[u8], exec: &Executor) -> Result<(), Finding> {
+    check_hash(&rules::E0202, entry, raw, &entry.raw_hash, exec)
 }
 
 /// This build of the crate decodes nothing.

@@ -6,6 +6,8 @@ mod aligned;
 pub mod check;
 mod container;
 mod decode;
+#[cfg(feature = "zstd")]
+mod delta;
 mod error;
 mod file_bytes;
 mod head;
@@ -24,9 +26,9 @@ mod sequence;
 mod sound;
 
 pub use crate::layout::{
-    BlasRecord, BlasView, FrameRecord, GeomRecord, Header, IndexedTriangleRecord, InstanceRecord, KINDS,
-    KNOWN_REQUIRED_FEATURES, KindRule, MAGIC, MAJOR, MAX_SECTIONS, MAX_STRING_LEN, MIN_MINOR, MINOR, NO_NODE, Names,
-    PoseRecord, Presence, SEQUENCE_MIN_MINOR, SectionEntry, SectionKind, TopologyRecord, TriangleRecord, View,
+    BlasRecord, BlasView, DELTA_MIN_MINOR, FrameRecord, GeomRecord, Header, IndexedTriangleRecord, InstanceRecord,
+    KINDS, KNOWN_REQUIRED_FEATURES, KindRule, MAGIC, MAJOR, MAX_SECTIONS, MAX_STRING_LEN, MIN_MINOR, MINOR, NO_NODE,
+    Names, PoseRecord, Presence, SEQUENCE_MIN_MINOR, SectionEntry, SectionKind, TopologyRecord, TriangleRecord, View,
     clip_name, minor_of, required_features, section_flags, side_flags, tree_flags,
 };
 pub use error::{CacheError, ErrorKind, Limited};
@@ -43,8 +45,10 @@ pub mod parts {
     #[cfg(feature = "testing")]
     pub use super::check::cover::{Cover, Covered, most_steps};
     pub use super::container::{Container, check_tree_flags, is_known_codec, is_understood};
+    #[cfg(feature = "zstd")]
+    pub use super::delta::{Block, Encoder, encode_triangles};
     pub use super::error::Fault;
     #[cfg(feature = "zstd")]
-    pub use super::pack::{BLOCK_LEN, pack};
+    pub use super::pack::{BLOCK_LEN, frames_of, pack};
     pub use crate::layout::{clip, encode_names};
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use super::container::{self, Container, First, is_understood};
+use super::container::{self, Container, First, is_known_codec, is_understood};
 use super::decode::{check_stored, unpack};
 use super::error::{Brief, CacheError, Fault};
 use super::file_bytes::FileBytes;
@@ -138,7 +138,7 @@ impl<'a> Opened<'a> {
         // Hold what decoding will take against the limit before anything is allocated.
         let sequence = self.header().has(tree_flags::SEQUENCE);
         let is_later = |e: &SectionEntry| sequence && is_of_frames(e.kind);
-        let packed = |e: &&SectionEntry| e.codec == SectionEntry::ZSTD && !is_later(e);
+        let packed = |e: &&SectionEntry| e.is_packed() && is_known_codec(e) && !is_later(e);
         let owned = self.bytes.owned_len();
         let entries = &self.container.entries;
         let needed = entries.iter().filter(packed).map(|e| u128::from(e.raw_len)).sum::<u128>() + owned as u128;
@@ -158,7 +158,7 @@ impl<'a> Opened<'a> {
             if is_later(&entry) {
                 continue;
             }
-            let decode = entry.codec == SectionEntry::ZSTD && (thorough || is_understood(&entry));
+            let decode = entry.is_packed() && is_known_codec(&entry) && (thorough || is_understood(&entry));
             if thorough || decode || Some(i) == meta_place {
                 check_stored(&entry, self.stored_bytes(i), exec)?;
             }

@@ -12,10 +12,17 @@ use crate::exec::Executor;
 pub const BLOCK_LEN: usize = 1 << 20;
 const WINDOW_LOG: u32 = 20;
 /// A section stays raw unless packing saves at least one part in this many.
-const WORTHWHILE: usize = 20;
+pub const WORTHWHILE: usize = 20;
 
 /// Pack `raw`, or `None` where that gains less than 5 %.
 pub fn pack(raw: &[u8], level: i32, exec: &Executor) -> std::io::Result<Option<Vec<u8>>> {
+    let packed = frames_of(raw, level, exec)?;
+    let gains = !raw.is_empty() && packed.len() <= raw.len() - raw.len() / WORTHWHILE;
+    Ok(gains.then_some(packed))
+}
+
+/// The table and the frames, whether or not they are smaller.
+pub fn frames_of(raw: &[u8], level: i32, exec: &Executor) -> std::io::Result<Vec<u8>> {
     let blocks = raw.chunks(BLOCK_LEN).collect();
     let packed = exec.map_with(
         blocks,
@@ -28,16 +35,12 @@ pub fn pack(raw: &[u8], level: i32, exec: &Executor) -> std::io::Result<Option<V
     let frames: Vec<Vec<u8>> = packed.into_iter().collect::<Result<_, _>>()?;
 
     // Lay the table before the frames.
-    let stored_len = 8 + frames.iter().map(|f| 4 + f.len()).sum::<usize>();
-    if raw.is_empty() || stored_len > raw.len() - raw.len() / WORTHWHILE {
-        return Ok(None);
-    }
-    let mut out = Vec::with_capacity(stored_len);
+    let mut out = Vec::with_capacity(8 + frames.iter().map(|f| 4 + f.len()).sum::<usize>());
     out.extend((frames.len() as u32).to_le_bytes());
     out.extend([0; 4]);
     frames.iter().for_each(|f| out.extend((f.len() as u32).to_le_bytes()));
     frames.iter().for_each(|f| out.extend(f));
-    Ok(Some(out))
+    Ok(out)
 }
 
 fn compressor(level: i32) -> std::io::Result<zstd::bulk::Compressor<'static>> {

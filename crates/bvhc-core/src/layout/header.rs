@@ -12,11 +12,13 @@ pub const MAGIC: [u8; 8] = *b"\x89BVH\r\n\x1A\n";
 pub const MAJOR: u16 = 1;
 /// Format minor version that this crate fully understands. What it writes states the lowest one that has all of the file's sections:
 /// [`minor_of`](super::minor_of).
-pub const MINOR: u16 = 2;
+pub const MINOR: u16 = 3;
 /// Smallest reader minor that can read still files.
 pub const MIN_MINOR: u16 = 0;
 /// Smallest reader minor that can read files of many frames.
 pub const SEQUENCE_MIN_MINOR: u16 = 2;
+/// Smallest reader minor that can read files with sections of [`SectionEntry::DELTA`](super::SectionEntry::DELTA).
+pub const DELTA_MIN_MINOR: u16 = 3;
 /// Bits of [`Header::features_required`] that this crate understands: [`required_features::SEQUENCE`].
 pub const KNOWN_REQUIRED_FEATURES: u64 = required_features::SEQUENCE;
 /// Bits of [`Header::features_required`].

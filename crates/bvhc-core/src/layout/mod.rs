@@ -9,7 +9,7 @@ mod sequence;
 mod view;
 
 pub use header::{
-    Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MAX_SECTIONS, MIN_MINOR, MINOR, SEQUENCE_MIN_MINOR,
+    DELTA_MIN_MINOR, Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MAX_SECTIONS, MIN_MINOR, MINOR, SEQUENCE_MIN_MINOR,
     required_features,
 };
 pub use names::{MAX_STRING_LEN, Names, clip, clip_name, encode_names};

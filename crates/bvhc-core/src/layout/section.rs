@@ -1,6 +1,6 @@
 use std::fmt;
 
-use super::header::MAX_SECTIONS;
+use super::header::{DELTA_MIN_MINOR, MAX_SECTIONS};
 
 /// One entry of the section table, 128 bytes. Every field and its rule: `format-spec/SPEC.md`, section 3.
 #[repr(C)]
@@ -14,7 +14,7 @@ pub struct SectionEntry {
     pub flags: u32,
     /// Layout version of this kind.
     pub schema: u16,
-    /// [`SectionEntry::RAW`] or [`SectionEntry::ZSTD`].
+    /// [`SectionEntry::RAW`], [`SectionEntry::ZSTD`] or [`SectionEntry::DELTA`].
     pub codec: u8,
     /// `offset` is a multiple of `1 << align_log2`; 6 ..= 16.
     pub align_log2: u8,
@@ -43,6 +43,9 @@ impl SectionEntry {
     pub const RAW: u8 = 0;
     /// [`SectionEntry::codec`]: zstd frames of 1 MiB each (`format-spec/SPEC.md`, section 8).
     pub const ZSTD: u8 = 1;
+    /// [`SectionEntry::codec`] of `NODE`, `VPOS` and `TRIX` in sequences: what remains once the content was predicted, in such frames (section 8.1).
+    /// Since version 1.3.
+    pub const DELTA: u8 = 2;
     /// Every section starts at a cache line.
     pub const MIN_ALIGN_LOG2: u8 = 6;
     /// 64 KiB: the largest alignment that an entry may state.
@@ -55,6 +58,17 @@ impl SectionEntry {
     /// Whether a bit of [`section_flags`] is set.
     pub fn is(&self, flag: u32) -> bool {
         self.flags & flag != 0
+    }
+
+    /// Whether the bytes in the file are other than the decoded ones.
+    pub fn is_packed(&self) -> bool {
+        self.codec != SectionEntry::RAW
+    }
+
+    /// The lowest minor version that knows the section's kind and codec; 0 for a kind that this version does not know.
+    pub fn since(&self) -> u16 {
+        let of_codec = if self.codec == SectionEntry::DELTA { DELTA_MIN_MINOR } else { 0 };
+        self.kind.rule().map_or(0, |rule| rule.since.max(of_codec))
     }
 
     /// First byte behind the section, or `None` where the sum does not fit in 64 bits.
@@ -210,7 +224,7 @@ pub const KINDS: [KindRule; 16] = {
     ]
 };
 
-/// The lowest minor version that knows all of these kinds: what a file with them states. Kinds that this version does not know do not count.
-pub fn minor_of(kinds: impl IntoIterator<Item = SectionKind>) -> u16 {
-    kinds.into_iter().filter_map(|kind| kind.rule()).map(|rule| rule.since).max().unwrap_or(0)
+/// The lowest minor version that knows all of these sections: what a file with them states. Kinds that this version does not know do not count.
+pub fn minor_of(entries: &[SectionEntry]) -> u16 {
+    entries.iter().map(SectionEntry::since).max().unwrap_or(0)
 }

@@ -67,7 +67,7 @@ pub struct BuildArgs {
     pub no_check: bool,
     /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3; a file does not say its
     /// level, so another level alone builds nothing: use --force or `bvhc convert`)
-    #[arg(long, value_name = "raw|zstd[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
+    #[arg(long, value_name = "raw|zstd[:LEVEL]|compact[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
     pub codec: Codec,
 
     #[command(flatten)]
@@ -286,7 +286,8 @@ fn summary(outcomes: &[Outcome]) -> String {
     parts.map(|(n, text)| format!("{n} {text}")).collect::<Vec<_>>().join(", ")
 }
 
-/// `raw`, `zstd` or `zstd:LEVEL`.
+/// `raw`, `zstd`, `compact`, or one of these two with `:LEVEL`.
 pub fn parse_codec(text: &str) -> Result<Codec, String> {
-    Codec::parse(text).ok_or_else(|| "choose raw, zstd or zstd:LEVEL with a level of 1 to 22".to_string())
+    Codec::parse(text)
+        .ok_or_else(|| "choose raw, zstd or compact, and after these two :LEVEL with a level of 1 to 22".to_string())
 }

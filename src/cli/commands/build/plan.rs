@@ -3,7 +3,7 @@
 use super::frames::{Frames, MOST_FRAMES, NoPattern, OneFrame, Pattern};
 use super::{BuildArgs, Empty};
 use crate::cache::keys::Recipe;
-use crate::cache::{self, Codec, Freshness, SectionEntry};
+use crate::cache::{self, Codec, Freshness, SectionEntry, SectionKind};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -273,15 +273,21 @@ pub fn examine(job: &Job, recipe: &Recipe, codec: Codec, empty: Empty, context: 
     }
 }
 
-/// Does the file's storage differ from what was asked for? The level of zstd does not count: it is not in the file. A section that gains nothing by zstd stays raw, so a file too small to
-/// gain counts as either; a large one always gains.
+/// Does the file's storage differ from what was asked for? The level of zstd does not count: it is not in the file. A section that gains nothing stays raw, so a file too small to
+/// gain counts as either; a large one always gains, but for poses that are stored as differences: they may gain nothing.
 fn codec_change(sections: &[SectionEntry], codec: Codec) -> Option<&'static str> {
     const ALWAYS_GAINS: u64 = 64 << 10;
-    let packed = sections.iter().any(|s| s.codec != SectionEntry::RAW);
-    let large = sections.iter().any(|s| s.raw_len >= ALWAYS_GAINS);
+    let any = |of: &dyn Fn(&SectionEntry) -> bool| sections.iter().any(of);
+    let moves = any(&|s| s.codec == SectionEntry::DELTA);
+    let packed = any(&|s| s.codec == SectionEntry::ZSTD) || moves;
+    let large = any(&|s| s.raw_len >= ALWAYS_GAINS);
+    let poses = any(&|s| s.kind == SectionKind::VPOS && s.raw_len >= ALWAYS_GAINS);
     match codec {
+        Codec::Raw if moves => Some("codec compact → raw"),
         Codec::Raw if packed => Some("codec zstd → raw"),
-        Codec::Zstd { .. } if !packed && large => Some("codec raw → zstd"),
+        Codec::Zstd { .. } if moves => Some("codec compact → zstd"),
+        Codec::Zstd { .. } | Codec::Compact { .. } if !packed && large => Some("codec raw → zstd"),
+        Codec::Compact { .. } if !moves && poses => Some("codec zstd → compact"),
         _ => None,
     }
 }

@@ -1,7 +1,9 @@
 //! The bytes of each section: hashed as stored, decoded, hashed again.
 
+#[cfg(feature = "zstd")]
+use super::moved;
 use super::{Limits, check_rows};
-use crate::cache::container::Container;
+use crate::cache::container::{Container, is_known_codec};
 use crate::cache::decode::{Decoded, check_stored, unpack};
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
@@ -31,8 +33,9 @@ pub fn check<'a>(
 ) -> Sections<'a> {
     // Hold what decoding would take against the limit before anything is allocated.
     let sections: Vec<_> = (0..container.entries.len()).map(|i| (i, container.stored(file, i))).collect();
-    let packed =
-        |(i, stored): &&(usize, Option<&[u8]>)| stored.is_some() && container.entries[*i].codec == SectionEntry::ZSTD;
+    let packed = |(i, stored): &&(usize, Option<&[u8]>)| {
+        stored.is_some() && container.entries[*i].is_packed() && is_known_codec(&container.entries[*i])
+    };
     let total: u128 = sections.iter().filter(packed).map(|(i, _)| u128::from(container.entries[*i].raw_len)).sum();
     let fits = total <= u128::from(limits.max_memory);
     if !fits {
@@ -71,6 +74,10 @@ pub fn check<'a>(
             out.append(part);
             bytes
         }));
+    }
+    #[cfg(feature = "zstd")]
+    if may == May::Decode && container.entries.iter().any(is_of_blocks) {
+        moved::decode(container, file, &mut decoded, limits, out, exec);
     }
     Sections { decoded, rows }
 }
@@ -114,12 +121,12 @@ fn check_section<'a>(
     }
     match entry.codec {
         SectionEntry::RAW => Some(Decoded::InFile(stored)),
-        SectionEntry::ZSTD if may == May::OnlyOthers && entry.is(section_flags::CONTENT) => {
+        SectionEntry::ZSTD | SectionEntry::DELTA if may == May::OnlyOthers && entry.is(section_flags::CONTENT) => {
             out.skip(format!("Section {}: it is not decoded, for the counts contradict each other.", entry.kind));
             None
         }
         #[cfg(not(feature = "zstd"))]
-        SectionEntry::ZSTD if may != May::Nothing => {
+        SectionEntry::ZSTD | SectionEntry::DELTA if may != May::Nothing => {
             if let (true, Err(found)) = (entry.is(section_flags::CRITICAL), unpack(entry, stored, 0, exec)) {
                 out.add_finding(found);
             }
@@ -127,7 +134,7 @@ fn check_section<'a>(
             None
         }
         #[cfg(feature = "zstd")]
-        SectionEntry::ZSTD if may != May::Nothing => {
+        SectionEntry::ZSTD | SectionEntry::DELTA if may != May::Nothing && !is_of_blocks(entry) => {
             // A length beyond this machine's is refused as one that it has not got the memory for.
             let raw_len = usize::try_from(entry.raw_len).unwrap_or(usize::MAX);
             match unpack(entry, stored, raw_len, exec) {
@@ -141,6 +148,13 @@ fn check_section<'a>(
                 }
             }
         }
+        // What is of blocks is decoded when all others are.
         _ => None,
     }
+}
+
+/// Whether a section is decoded with others of its kind, and not by itself.
+#[cfg(feature = "zstd")]
+fn is_of_blocks(entry: &SectionEntry) -> bool {
+    entry.codec == SectionEntry::DELTA && entry.kind != SectionKind::TRIX
 }

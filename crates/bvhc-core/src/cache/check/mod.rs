@@ -18,6 +18,8 @@ pub(super) mod cover;
 mod hashes;
 mod identity;
 mod instances;
+#[cfg(feature = "zstd")]
+mod moved;
 mod provenance;
 mod sequence;
 mod sides;
@@ -236,7 +238,7 @@ pub(super) fn locate(out: &mut Report, container: &Container) {
     for finding in &mut out.findings {
         let place = &mut finding.place;
         let is_it = |e: &&SectionEntry| (Some(e.kind), e.ordinal) == (place.section, place.ordinal.into());
-        let entry = container.entries.iter().find(is_it).filter(|e| e.codec == SectionEntry::RAW);
+        let entry = container.entries.iter().find(is_it).filter(|e| !e.is_packed());
         if let (None, Some(entry), Some(index)) = (place.offset, entry, place.index) {
             place.offset = index.checked_mul(entry.elem_size.into()).and_then(|o| o.checked_add(entry.offset));
         }

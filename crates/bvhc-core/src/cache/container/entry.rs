@@ -4,11 +4,11 @@ use super::Sink;
 use crate::cache::meta::MAX_META_LEN;
 use crate::cache::report::Place;
 use crate::cache::rules;
-use crate::layout::{KINDS, KindRule, SectionEntry, SectionKind, section_flags};
+use crate::layout::{DELTA_MIN_MINOR, Header, KINDS, KindRule, SectionEntry, SectionKind, section_flags, tree_flags};
 
 /// Does this version know the kind, its layout and its codec?
 pub fn is_understood(entry: &SectionEntry) -> bool {
-    known(entry).is_some_and(|rule| rule.schema == entry.schema) && is_known_codec(entry.codec)
+    known(entry).is_some_and(|rule| rule.schema == entry.schema) && is_known_codec(entry)
 }
 
 /// What this version says about sections of this kind and number.
@@ -16,9 +16,13 @@ fn known(entry: &SectionEntry) -> Option<&'static KindRule> {
     entry.kind.rule().filter(|rule| entry.ordinal < rule.ordinals)
 }
 
-/// Raw or zstd: a codec that version 1.0 assigns, whether or not this build can decode it.
-pub fn is_known_codec(codec: u8) -> bool {
-    matches!(codec, SectionEntry::RAW | SectionEntry::ZSTD)
+/// A codec that is assigned to sections of this kind, whether or not this build can decode it.
+pub fn is_known_codec(entry: &SectionEntry) -> bool {
+    match entry.codec {
+        SectionEntry::RAW | SectionEntry::ZSTD => true,
+        SectionEntry::DELTA => matches!(entry.kind, SectionKind::NODE | SectionKind::VPOS | SectionKind::TRIX),
+        _ => false,
+    }
 }
 
 /// The values of W0101 for a section that may be skipped and cannot be read: what is known, and what this is.
@@ -31,10 +35,14 @@ pub fn unread(entry: &SectionEntry) -> (String, String) {
 /// The values of E0115: the codecs that this build of the crate decodes, and the entry's.
 pub fn undecodable(entry: &SectionEntry) -> (String, String) {
     let known = match cfg!(feature = "zstd") {
-        true => "codec 0 (raw) and codec 1 (zstd)",
+        true => "codec 0 (raw) and codec 1 (zstd), for NODE, VPOS and TRIX of a sequence also codec 2 (delta)",
         false => "codec 0 (raw), since it was built without its feature `zstd`",
     };
-    let name = if entry.codec == SectionEntry::ZSTD { " (zstd)" } else { "" };
+    let name = match entry.codec {
+        SectionEntry::ZSTD => " (zstd)",
+        SectionEntry::DELTA => " (delta)",
+        _ => "",
+    };
     (known.into(), format!("codec {}{name}", entry.codec))
 }
 
@@ -59,7 +67,7 @@ pub fn check(entry: &SectionEntry, at: Place, out: &mut impl Sink) -> ControlFlo
         Some(rule) if critical && rule.schema != entry.schema => {
             refuse(&rules::E0114, format!("schema {}", rule.schema), format!("schema {}", entry.schema))?;
         }
-        _ if critical && !is_known_codec(entry.codec) => {
+        _ if critical && !is_known_codec(entry) => {
             let (known_codecs, codec) = undecodable(entry);
             refuse(&rules::E0115, known_codecs, codec)?;
         }
@@ -71,6 +79,23 @@ pub fn check(entry: &SectionEntry, at: Place, out: &mut impl Sink) -> ControlFlo
         sound &= check_known(entry, rule, at, out)?;
     }
     ControlFlow::Continue(sound)
+}
+
+/// Differences between poses stand in sequences alone, whose readers know them.
+pub fn check_delta(entry: &SectionEntry, header: &Header, at: Place, out: &mut impl Sink) -> ControlFlow<(), bool> {
+    if entry.codec != SectionEntry::DELTA || !is_known_codec(entry) {
+        return ControlFlow::Continue(true);
+    }
+    if !header.has(tree_flags::SEQUENCE) {
+        let known = "codec 0 (raw) and codec 1 (zstd) in a still file";
+        out.breach(&rules::E0115, at, || (known.into(), undecodable(entry).1))?;
+        return ControlFlow::Continue(false);
+    }
+    if header.min_minor < DELTA_MIN_MINOR {
+        let (expected, actual) = (DELTA_MIN_MINOR.to_string(), header.min_minor.to_string());
+        out.breach(&rules::E0130, Place::byte(12), || (expected, actual))?;
+    }
+    ControlFlow::Continue(true)
 }
 
 /// What every version's sections obey.

@@ -150,6 +150,7 @@ fn walk(file: &[u8], out: &mut impl Sink) -> ControlFlow<(), Container> {
     table::check_tiling(file, &header, &entries, &mut readable, out)?;
     for (i, entry) in entries.iter().enumerate() {
         readable[i] &= entry::check(entry, place(&header, entry, i), out)?;
+        readable[i] &= entry::check_delta(entry, &header, place(&header, entry, i), out)?;
     }
     table::check_unique(&header, &entries, &mut readable, out)?;
     table::check_presence(&header, &entries, out)?;

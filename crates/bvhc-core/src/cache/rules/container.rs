@@ -109,8 +109,8 @@ rules! {
     E0129 "section-too-large", "a section is larger than its type may be",
         "at most {expected}, but {actual}", "11-safety",
         means "It is refused before anything is sized by it.", because FOREIGN_WRITER, remedy Rebuild;
-    E0130 "sequence-version", "a file of many frames says that a reader can read it that knows no sequences",
-        "min_minor of a sequence must be at least {expected}, it is {actual}", "12-versions",
+    E0130 "reader-version", "a file says that a reader can read it that does not know what it needs",
+        "min_minor of a sequence must be at least 2, and with a section of codec 2 at least 3: {expected}; it is {actual}", "12-versions",
         means "A reader that goes by the version alone would take the file for a broken one, and not for one that it cannot read.",
         because FOREIGN_WRITER, remedy Rebuild;
     W0101 "unchecked-section", "a section is of a kind that this version cannot read",

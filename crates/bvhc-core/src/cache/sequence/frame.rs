@@ -158,7 +158,7 @@ impl Frames<'_> {
         let mut block: Option<(u32, [Decoded<'_>; 2])> = None;
         for (number, pose) in frame.poses.iter().map(|pose| &all[*pose as usize]).enumerate() {
             if block.as_ref().is_none_or(|(of, _)| *of != pose.block) {
-                let Some(entries) = self.blocks.get(pose.block as usize) else {
+                if pose.block as usize >= self.blocks.len() {
                     let place = Place::record(SectionKind::POSE, frame.poses[number].into());
                     return Err(refuse(
                         &rules::E0702,
@@ -166,8 +166,8 @@ impl Frames<'_> {
                         format!("a block < {}", self.blocks.len()),
                         pose.block.to_string(),
                     ));
-                };
-                block = Some((pose.block, [self.content(entries[0], exec)?, self.content(entries[1], exec)?]));
+                }
+                block = Some((pose.block, self.block(pose.block, exec)?));
             }
             let Some((_, [nodes, vertices])) = &block else { continue };
             let posed = self.posed(pose, records(nodes.as_slice()), records(vertices.as_slice()))?;
@@ -217,7 +217,7 @@ impl Frames<'_> {
     /// Bytes that two sections take once they are decoded, where they are packed.
     fn unpacked(&self, entries: [usize; 2]) -> u128 {
         let entries = entries.iter().filter_map(|i| self.sections().get(*i));
-        entries.filter(|e| e.codec == SectionEntry::ZSTD).map(|e| u128::from(e.raw_len)).sum()
+        entries.filter(|e| e.is_packed()).map(|e| u128::from(e.raw_len)).sum()
     }
 
     /// Bytes that a frame takes while it is put together, with those that are held already. Poses of a few bytes may show many triangles, so this does
@@ -285,14 +285,12 @@ impl Frames<'_> {
     /// A section's decoded bytes, held against its hash as the level asks: the stored ones once, those that are decoded each time.
     pub(in crate::cache) fn content(&self, index: usize, exec: &Executor) -> Result<Decoded<'_>, Fault> {
         let Some(entry) = self.sections().get(index) else { return Ok(Decoded::InFile(&[])) };
-        let stored = self.file.stored_bytes(index);
-        let packed = entry.codec == SectionEntry::ZSTD;
-        let hashed = &self.hashed[index];
-        if (packed || self.validation() >= Validation::Hash) && !hashed.load(Ordering::Acquire) {
-            check_stored(entry, stored, exec)?;
-            hashed.store(true, Ordering::Release);
+        #[cfg(feature = "zstd")]
+        if entry.codec == SectionEntry::DELTA {
+            return self.moved_section(index, exec);
         }
-        if !packed {
+        let stored = self.hashed_bytes(index, exec)?;
+        if !entry.is_packed() {
             return Ok(Decoded::InFile(stored));
         }
         let too_large = || Fault::Memory { needed: entry.raw_len.into(), limit: self.max_memory };
@@ -301,6 +299,26 @@ impl Frames<'_> {
             return Err(too_large());
         }
         Ok(Decoded::Owned(unpack(entry, stored, raw_len, exec)?))
+    }
+
+    /// A section's bytes as they are stored, held against their hash once as the level asks. Nothing is decoded that was not hashed.
+    pub(super) fn hashed_bytes(&self, index: usize, exec: &Executor) -> Result<&[u8], Fault> {
+        let Some(entry) = self.sections().get(index) else { return Ok(&[]) };
+        let (stored, hashed) = (self.file.stored_bytes(index), &self.hashed[index]);
+        if (entry.is_packed() || self.validation() >= Validation::Hash) && !hashed.load(Ordering::Acquire) {
+            check_stored(entry, stored, exec)?;
+            hashed.store(true, Ordering::Release);
+        }
+        Ok(stored)
+    }
+
+    /// `NODE` and `VPOS` of a block: this build of the crate decodes nothing.
+    #[cfg(not(feature = "zstd"))]
+    fn block(&self, block: u32, exec: &Executor) -> Result<[Decoded<'_>; 2], Fault> {
+        let Some([nodes, vertices]) = self.blocks.get(block as usize).copied() else {
+            return Ok([Decoded::InFile(&[]), Decoded::InFile(&[])]);
+        };
+        Ok([self.content(nodes, exec)?, self.content(vertices, exec)?])
     }
 }
 

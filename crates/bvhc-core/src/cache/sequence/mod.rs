@@ -8,6 +8,8 @@
 //! What a frame does not show is neither hashed, decoded nor touched when it is opened.
 
 mod frame;
+#[cfg(feature = "zstd")]
+mod moved;
 mod open;
 
 use std::ops::Range;
@@ -38,6 +40,9 @@ pub struct Frames<'a> {
     /// For each entry whether its stored bytes had their hash when a frame first needed them.
     hashed: Vec<AtomicBool>,
     max_memory: u64,
+    /// Where blocks are stored as differences.
+    #[cfg(feature = "zstd")]
+    moved: Option<moved::Moved>,
 }
 
 impl Frames<'_> {

@@ -81,6 +81,8 @@ impl<'a> Frames<'a> {
             parts: Vec::new(),
             hashed,
             max_memory,
+            #[cfg(feature = "zstd")]
+            moved: None,
         };
         let blocks = opened.file.container.lengths(&opened.blocks);
         let rows = Rows {
@@ -96,6 +98,10 @@ impl<'a> Frames<'a> {
         _ = rows.check(&mut first);
         first.result()?;
         opened.parts = parts_of(opened.geoms(), opened.topologies().len());
+        #[cfg(feature = "zstd")]
+        {
+            opened.moved = opened.moved();
+        }
         Ok(opened)
     }
 }
