@@ -228,6 +228,88 @@ fn more_parts_than_the_leaves_have_room_for_are_not_written() {
     assert!(matches!(written(256), (Err(CacheError::Unwritable { .. }), None)));
 }
 
+/// Stored as differences, each frame is the same to the last bit, in whatever order they are opened; and the raw file comes back.
+#[test]
+fn differences_decode_to_the_raw_file() {
+    let frames = || {
+        let mut frames: Vec<Scene> = (0..11).map(|i| sheet(i as f32 * 0.3, 12)).collect();
+        // A frame in which it stands as before, one with other triangles, and one of few decimals.
+        frames[4] = sheet(0.9, 12);
+        frames[6] = sheet(0.2, 9);
+        frames[9] = sheet(0.0, 12);
+        frames
+    };
+    let compact = Codec::Compact { level: 3 };
+    let (raw, small) = (
+        build(frames(), RefitPolicy::default(), Codec::Raw),
+        build(frames(), RefitPolicy::default(), compact),
+    );
+    check_clean(&small.path);
+    let (whole, packed) = (std::fs::read(&raw.path).unwrap(), std::fs::read(&small.path).unwrap());
+    assert!(packed.len() * 3 < whole.len(), "{} of {}", packed.len(), whole.len());
+
+    let (a, b) = (Sequence::open(&raw.path).unwrap(), Sequence::open(&small.path).unwrap());
+    assert_eq!(a.header().content_id, b.header().content_id);
+    assert_eq!((b.header().minor, b.header().min_minor), (cache::DELTA_MIN_MINOR, cache::DELTA_MIN_MINOR));
+    let of_codec = |codec| b.sections().iter().filter(move |s| s.codec == codec).count();
+    assert!(of_codec(cache::SectionEntry::DELTA) >= 2 * b.block_count(), "{:?}", b.sections());
+    for frame in [10, 0, 7, 3, 3, 9, 1, 6, 5, 8, 2, 4] {
+        let (a, b) = (a.frame(frame).unwrap(), b.frame(frame).unwrap());
+        let (a, b) = (a.view(), b.view());
+        assert!(a.nodes == b.nodes && a.triangles == b.triangles && a.instances == b.instances, "frame {frame}");
+        assert!(a.tlas_nodes == b.tlas_nodes && a.geoms == b.geoms && a.blases == b.blases, "frame {frame}");
+    }
+
+    // There and back, and from the one to the other.
+    let converted = |from: &Path, codec| {
+        let to = from.with_extension("converted");
+        let write = cache::WriteOptions { codec, check: true };
+        let options = cache::ConvertOptions { write, ..cache::ConvertOptions::default() };
+        cache::convert(from, &to, &OpenOptions::default(), &options, &Executor::sequential()).unwrap();
+        std::fs::read(to).unwrap()
+    };
+    assert!(converted(&small.path, Codec::Raw) == whole);
+    assert!(converted(&raw.path, compact) == packed);
+    assert!(converted(&small.path, compact) == packed);
+
+    // What decoding takes is asked before it is allocated.
+    let mut opened = 0;
+    for max_memory in (2_000..80_000).step_by(1_000) {
+        let options = OpenOptions { max_memory, ..OpenOptions::default() };
+        let frame = |sequence: Sequence| sequence.frame(10).map(|frame| frame.view().triangles.len());
+        match Sequence::open_with(&small.path, &options).and_then(frame) {
+            Ok(triangles) => opened += usize::from(triangles == 242),
+            Err(error) => assert!(opened == 0 && matches!(error, CacheError::Limit { .. }), "{max_memory}: {error}"),
+        }
+    }
+    assert!((1..70).contains(&opened), "{opened}");
+}
+
+/// Trees with spatial splits have boxes that do not follow from the vertices: their nodes are packed as ever.
+#[test]
+fn boxes_that_are_cut_stay_as_they_are() {
+    let beams = |time: f32| {
+        let mut obj = String::new();
+        for i in 0..40 {
+            let (a, b) = (i as f32 * 0.31, (i * 7 % 40) as f32 * 0.29);
+            writeln!(obj, "v {a} 0 {time}\nv {} 9 {b}\nv {} 9.1 {b}\nf -3 -2 -1", a + 3.0, a + 3.1).unwrap();
+        }
+        read(&obj)
+    };
+    let never = RefitPolicy { refit: Refit::Never, ..RefitPolicy::default() };
+    let file = build(vec![beams(0.0), beams(0.5)], never, Codec::Compact { level: 3 });
+    check_clean(&file.path);
+    let sequence = Sequence::open(&file.path).unwrap();
+    assert!(sequence.topologies().iter().any(|t| t.flags & cache::tree_flags::DUP_REFS != 0));
+    let codecs = |kind| sequence.sections().iter().filter(move |s| s.kind == kind).map(|s| s.codec);
+    assert!(codecs(cache::SectionKind::NODE).all(|codec| codec != cache::SectionEntry::DELTA));
+    let other = build(vec![beams(0.0), beams(0.5)], never, Codec::Raw);
+    let raw = Sequence::open(&other.path).unwrap();
+    for frame in 0..2 {
+        assert!(sequence.frame(frame).unwrap().view().nodes == raw.frame(frame).unwrap().view().nodes);
+    }
+}
+
 #[test]
 fn the_file_does_not_depend_on_threads() {
     let bytes = |threads| {

@@ -521,6 +521,27 @@ fn sequence() -> Vec<Invalid> {
             sequence.vertices.pop();
             broken(&rules::E0321, sequence.file())
         }),
+        case("version-of-codec", {
+            let file = sequences::walk().differences();
+            broken(&rules::E0130, with_header(file, |h| h.min_minor = 2))
+        }),
+        case("differences-in-still-file", {
+            let file = with_entry(valid::plane_file(), SectionKind::NODE, |e| e.codec = SectionEntry::DELTA);
+            broken(&rules::E0115, with_header(file, |h| (h.minor, h.min_minor) = (3, 3)))
+        }),
+        case("differences-of-others", {
+            let file =
+                with_entry(sequences::walk().differences(), SectionKind::POSE, |e| e.codec = SectionEntry::DELTA);
+            broken(&rules::E0115, file)
+        }),
+        case("differences-short", broken(&rules::E0205, repacked(SectionKind::VPOS, |planes| _ = planes.pop()))),
+        case("differences-scale", broken(&rules::E0205, repacked(SectionKind::VPOS, |planes| planes[7] = 0x80))),
+        case("differences-leaf", {
+            // The lowest byte of `first`, of a node in the middle of the first tree.
+            broken(&rules::E0205, repacked(SectionKind::NODE, |planes| planes[120] = planes[120].wrapping_add(101)))
+        }),
+        case("differences-other", broken(&rules::E0202, repacked(SectionKind::VPOS, |planes| planes[8] ^= 2))),
+        case("differences-corner", broken(&rules::E0202, repacked(SectionKind::TRIX, |planes| planes[0] ^= 2))),
         // A vertex of the source that stands in two places in the second frame alone.
         case("second-frame", broken(&rules::E0323, parted())),
         case("held-first", edited(&rules::E0703, |s| s.frames[0].flags = FrameRecord::HELD)),
@@ -549,6 +570,16 @@ fn sequence() -> Vec<Invalid> {
             broken(&rules::E0708, sequence.file())
         }),
     ]
+}
+
+/// A file of differences, of which the packed bytes of the first section of a kind were edited.
+fn repacked(kind: SectionKind, edit: fn(&mut Vec<u8>)) -> Vec<u8> {
+    let done = std::cell::Cell::new(false);
+    sequences::walk().differences_edited(|of, planes| {
+        if of == kind && !done.replace(true) {
+            edit(planes);
+        }
+    })
 }
 
 /// Two poses whose trees are sound and whose leaves have other sizes.

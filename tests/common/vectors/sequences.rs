@@ -1,9 +1,9 @@
 //! Files of many frames, put together record by record.
 
-use bvhc::cache::parts::{encode_names, pack};
+use bvhc::cache::parts::{Block, Encoder, encode_names, encode_triangles, frames_of, pack, unpack_frames};
 use bvhc::cache::{
-    FrameRecord, GeomRecord, Header, IndexedTriangleRecord, InstanceRecord, KINDS, MAGIC, MAJOR, PoseRecord,
-    SEQUENCE_MIN_MINOR, SectionEntry, SectionKind, TopologyRecord, required_features, tree_flags,
+    DELTA_MIN_MINOR, FrameRecord, GeomRecord, Header, IndexedTriangleRecord, InstanceRecord, KINDS, MAGIC, MAJOR,
+    PoseRecord, SEQUENCE_MIN_MINOR, SectionEntry, SectionKind, TopologyRecord, required_features, tree_flags,
 };
 use bvhc::exec::Executor;
 use bvhc::geom::{Aabb, Affine, Point};
@@ -152,6 +152,58 @@ impl Sequence {
             }
         }
         put_together(self.header(), sections)
+    }
+
+    /// The file with blocks and triangles as differences, where those are smaller.
+    pub fn differences(&self) -> Vec<u8> {
+        self.differences_edited(|_, _| {})
+    }
+
+    /// The same with the planes of each section edited before they go into frames. The raw hashes are those of the unedited file.
+    pub fn differences_edited(&self, edit: impl Fn(SectionKind, &mut Vec<u8>)) -> Vec<u8> {
+        let (exec, level) = (Executor::current(), 3);
+        let mut encoder = Encoder::new(level);
+        let block = |(i, (nodes, vertices)): (u32, &(Vec<Node>, Vec<Point>))| {
+            let until = |block: u32| self.poses.partition_point(|pose| pose.block < block);
+            let block = Block { poses: &self.poses[until(i)..until(i + 1)], nodes, vertices };
+            encoder.block(&self.topologies, &self.triangles, block, &exec).unwrap()
+        };
+        let blocks: Vec<[Option<Vec<u8>>; 2]> = (0..).zip(&self.blocks).map(block).collect();
+        let mut sections = self.sections();
+        for (entry, data) in &mut sections {
+            let packed = match entry.kind {
+                SectionKind::NODE => blocks[entry.ordinal as usize][0].clone(),
+                SectionKind::VPOS => blocks[entry.ordinal as usize][1].clone(),
+                SectionKind::TRIX => Some(frames_of(&encode_triangles(data), level, &exec).unwrap()),
+                _ => None,
+            };
+            if let Some(packed) = packed {
+                let mut planes =
+                    unpack_frames(&packed, self.planes(entry, data.len()), &exec).unwrap().as_slice().to_vec();
+                edit(entry.kind, &mut planes);
+                let packed = frames_of(&planes, level, &exec).unwrap();
+                (entry.codec, entry.raw_hash) = (SectionEntry::DELTA, *blake3::hash(data).as_bytes());
+                *data = packed;
+            }
+        }
+        let header = Header { minor: DELTA_MIN_MINOR, min_minor: DELTA_MIN_MINOR, ..self.header() };
+        put_together(header, sections)
+    }
+
+    /// Bytes of a section's planes.
+    fn planes(&self, entry: &SectionEntry, raw_len: usize) -> usize {
+        let mut seen = std::collections::BTreeSet::new();
+        let of = |pose: &PoseRecord| {
+            let topology = &self.topologies[pose.topology as usize];
+            let is_first = seen.insert(pose.topology);
+            match entry.kind {
+                _ if pose.block != entry.ordinal => 0,
+                SectionKind::VPOS => 8 + 12 * topology.vertex_count as usize,
+                _ if is_first => 5 * topology.node_count as usize,
+                _ => 0,
+            }
+        };
+        if entry.kind == SectionKind::TRIX { raw_len } else { self.poses.iter().map(of).sum() }
     }
 
     fn header(&self) -> Header {
@@ -371,6 +423,31 @@ pub fn large() -> Sequence {
         let pose = sequence.add_pose(topology, &wave(12, number as f32 * 0.25), number == 0);
         let placement = sequence.add_placement(&[(pose, Affine::IDENTITY)]);
         sequence.add_frame(number, Some(number as f32 / 24.0), placement);
+    }
+    sequence
+}
+
+/// Six frames of two grids in blocks of two poses: of the one the vertices are thirds, of the other tenths, and all vertices move.
+pub fn walk() -> Sequence {
+    let mut sequence = Sequence::default();
+    let mesh = grid(8);
+    let trees = [tree(&mesh, 1), tree(&mesh, 3)];
+    let topologies = trees.each_ref().map(|tree| sequence.add_topology(&mesh, tree));
+    for number in 0..6u8 {
+        if number > 0 {
+            sequence.next_block();
+        }
+        let turn = |divisor: f32| -> Vec<Point> {
+            let slant = f32::from(number) + 1.0;
+            wave(8, 0.5)
+                .into_iter()
+                .map(|[x, y, z]| [x * slant / divisor, (y - x) / divisor, (z + slant) / divisor])
+                .collect()
+        };
+        let poses = [(topologies[0], 3.0), (topologies[1], 10.0)]
+            .map(|(topology, divisor)| sequence.add_pose(topology, &turn(divisor), false));
+        let placement = sequence.add_placement(&[(poses[0], Affine::IDENTITY), (poses[1], moved(9.0, 0.0))]);
+        sequence.add_frame(number.into(), Some(f32::from(number) * 0.5), placement);
     }
     sequence
 }

@@ -39,6 +39,7 @@ pub fn all() -> Vec<Valid> {
         raw("sequence-empty-frame", sequences::empty_frame().file()),
         raw("sequence-origins", sequences::origins().file()),
         Valid { name: "sequence-zstd", bytes: sequences::large().packed(), packed: true },
+        Valid { name: "sequence-differences", bytes: sequences::walk().differences(), packed: true },
     ]
 }
 

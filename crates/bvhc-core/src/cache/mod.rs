@@ -49,6 +49,6 @@ pub mod parts {
     pub use super::delta::{Block, Encoder, encode_triangles};
     pub use super::error::Fault;
     #[cfg(feature = "zstd")]
-    pub use super::pack::{BLOCK_LEN, frames_of, pack};
+    pub use super::pack::{BLOCK_LEN, frames_of, pack, unpack as unpack_frames};
     pub use crate::layout::{clip, encode_names};
 }
