@@ -240,10 +240,8 @@ fn differences_decode_to_the_raw_file() {
         frames
     };
     let compact = Codec::Compact { level: 3 };
-    let (raw, small) = (
-        build(frames(), RefitPolicy::default(), Codec::Raw),
-        build(frames(), RefitPolicy::default(), compact),
-    );
+    let (raw, small) =
+        (build(frames(), RefitPolicy::default(), Codec::Raw), build(frames(), RefitPolicy::default(), compact));
     check_clean(&small.path);
     let (whole, packed) = (std::fs::read(&raw.path).unwrap(), std::fs::read(&small.path).unwrap());
     assert!(packed.len() * 3 < whole.len(), "{} of {}", packed.len(), whole.len());

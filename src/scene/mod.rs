@@ -11,6 +11,7 @@ mod collinear;
 mod error;
 mod excerpt;
 mod gltf;
+mod grid;
 mod obj;
 mod options;
 mod place;
@@ -31,6 +32,7 @@ pub(crate) use collinear::is_collinear;
 pub use error::{ErrorKind, SceneError};
 #[cfg(any(feature = "cli", test))]
 pub(crate) use gltf::{EXTENSIONS as GLTF_EXTENSIONS, Treatment};
+pub use grid::VertexBits;
 pub use options::{Degenerate, Format, ReadOptions};
 pub use precision::Loss;
 pub(crate) use precision::local_origin;
@@ -159,6 +161,9 @@ pub struct Rounding {
     pub loss: Loss,
     /// The file's own numbers are of 32 bits, and these lie so far apart where the model is: its shape was lost before it was written.
     pub rounded_before: Option<f64>,
+    /// From there onto the grid that [`ReadOptions::vertex_bits`] asks for; `None` where it asks for none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grid: Option<Loss>,
 }
 
 /// What reading had to drop or repair, and what of a model a still scene cannot show. All zero for a clean file.

@@ -1,4 +1,5 @@
 use super::animation::Moment;
+use super::grid::VertexBits;
 use std::path::Path;
 
 /// What happens to triangles without area. Triangles with NaN or infinite positions have no box and cannot stay: they are
@@ -43,6 +44,9 @@ pub struct ReadOptions {
     pub ignore_extensions: Vec<String>,
     /// Keep which vertices of the source each triangle has: [`Mesh::vertices`](super::Mesh::vertices).
     pub vertices: bool,
+    /// Put the positions of each mesh on a grid of so many bits an axis, by which files of many frames become smaller: a corner moves by at most half a step of
+    /// the grid, which is less than the longest side of the mesh's box over `2^(bits - 1)`. `None` leaves them where they are.
+    pub vertex_bits: Option<VertexBits>,
     /// Keep what tells whether two models have the same polygons: [`Mesh::faces`](super::Mesh::faces). It changes nothing else.
     pub faces: bool,
     /// Most bytes that reading may hold at once, estimated before each allocation. No file can make the reader hold more.
@@ -68,6 +72,7 @@ impl Default for ReadOptions {
             moment: None,
             ignore_extensions: Vec::new(),
             vertices: false,
+            vertex_bits: None,
             faces: false,
             max_memory: Self::DEFAULT_MAX_MEMORY,
         }

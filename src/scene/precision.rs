@@ -153,7 +153,7 @@ pub(super) fn is_far(points: &[[f64; 3]]) -> bool {
 pub(super) fn rounded_before_posing(triangles: &[[u32; 3]], exact: impl Fn(u32) -> [f64; 3]) -> Option<Rounding> {
     let loss = Loss::of(triangles, Loss::SAMPLE, &exact, &exact);
     let apart = rounded_before(triangles, &exact, loss.edge, LEAST)?;
-    Some(Rounding { loss, rounded_before: Some(apart) })
+    Some(Rounding { loss, rounded_before: Some(apart), grid: None })
 }
 
 /// What rounding cost the one of some meshes that lost most, whose file has 32-bit positions; nothing where none lost any. `posed` is what is known
@@ -164,7 +164,7 @@ pub(super) fn worst_rounding(meshes: &[Mesh], posed: Vec<Rounding>) -> Rounding 
         let loss = Loss::of(&mesh.triangles, Loss::SAMPLE, exact, |v| mesh.positions[v as usize].map(f64::from));
         let is_posed = !mesh.remainders.is_empty();
         let rounded_before = if is_posed { None } else { rounded_before(&mesh.triangles, exact, loss.edge, LEAST) };
-        Rounding { loss, rounded_before }
+        Rounding { loss, rounded_before, grid: None }
     };
     let cost = |r: &Rounding| {
         let apart = r.rounded_before.map_or(0.0, |apart| apart / r.loss.edge);

@@ -15,7 +15,7 @@ struct Row {
 }
 
 /// In the order in which META and the build key name them. `allow_outside` and `max_memory` only decide whether there is a result.
-const ROWS: [Row; 7] = [
+const ROWS: [Row; 8] = [
     Row {
         name: "degenerate",
         write: |options| Some(options.degenerate.name().to_owned()),
@@ -70,6 +70,11 @@ const ROWS: [Row; 7] = [
         name: VERTICES,
         write: |options| options.vertices.then(|| YES.to_owned()),
         read: |options, text| options.vertices = text == YES,
+    },
+    Row {
+        name: "vertex_bits",
+        write: |options| Some(options.vertex_bits?.to_string()),
+        read: |options, text| options.vertex_bits = text.parse().ok(),
     },
 ];
 
@@ -163,6 +168,7 @@ mod tests {
             moment: Some(Moment { animation: AnimationChoice::Name("Walk".into()), time: None }),
             ignore_extensions: vec!["X_b".into(), "X_a".into(), "X_b".into()],
             vertices: true,
+            vertex_bits: super::super::VertexBits::new(16),
             ..ReadOptions::default()
         };
         let named = [
@@ -172,9 +178,10 @@ mod tests {
             ("time", "first"),
             ("ignore_extensions", "X_a,X_b"),
             ("vertices", "true"),
+            ("vertex_bits", "16"),
         ];
         assert_eq!(all.effective(), pairs(&named));
-        assert_eq!(ReadOptions::effective_of_arrays(true), pairs(&named[5..]));
+        assert_eq!(ReadOptions::effective_of_arrays(true), pairs(&named[5..6]));
         assert_eq!(ReadOptions::effective_of_arrays(false), []);
     }
 

@@ -1,6 +1,7 @@
 //! The last step of reading: what no tree can hold goes, and is counted.
 
 use super::collinear::is_collinear;
+use super::grid;
 use super::place;
 use super::renumber::{renumber, retain_numbered};
 use super::source::Source;
@@ -12,6 +13,7 @@ use std::collections::BTreeMap;
 /// that nothing shows, and count all of it. Afterwards every mesh has a triangle and an instance.
 pub(super) fn sanitize(scene: &mut Scene, source: &mut Source) -> Result<(), SceneError> {
     let shown = places_of_each_mesh(scene);
+    scene.rounding.grid = grid::snap(&mut scene.meshes, source.options);
     place::settle(scene, source)?;
     drop_unused_meshes(scene);
     let mut first_bad = None;

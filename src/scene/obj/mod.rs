@@ -139,7 +139,7 @@ fn origin_for(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ([f64; 3], Roun
     let from_zero = Loss::of(triangles, Loss::SAMPLE, exact, about([0.0; 3]));
     let rounded_before = precision::rounded_before(triangles, exact, from_zero.edge, 0.0);
     if from_zero.is_tolerable() {
-        return ([0.0; 3], Rounding { loss: from_zero, rounded_before });
+        return ([0.0; 3], Rounding { loss: from_zero, rounded_before, grid: None });
     }
     let is_usable = |v: &u32| exact(*v).iter().all(|c| (*c as f32).is_finite());
     let used = triangles.iter().filter(|t| t.iter().all(is_usable)).flatten();
@@ -147,7 +147,7 @@ fn origin_for(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ([f64; 3], Roun
     let [near, far] =
         [precision::local_origin(bounds), [0.0; 3]].map(|o| (o, Loss::of(triangles, usize::MAX, exact, about(o))));
     let (origin, loss) = if near.1.share < far.1.share { near } else { far };
-    (origin, Rounding { loss, rounded_before })
+    (origin, Rounding { loss, rounded_before, grid: None })
 }
 
 /// A position as an `f32` measured from `origin`.

@@ -26,7 +26,7 @@ impl Remarks<'_> {
         if self.read.degenerate == Degenerate::Keep && self.report.degenerate_triangles > 0 {
             lines.push(format!("kept {}", counted(self.report.degenerate_triangles, "triangle", " without area")));
         }
-        let Rounding { loss, rounded_before } = self.rounding;
+        let Rounding { loss, rounded_before, grid, .. } = self.rounding;
         if let Some(apart) = rounded_before {
             lines.push(format!(
                 "it was rounded before it was written: its positions are 32-bit floats, which lie {} apart where it is, and the edges of its \
@@ -40,6 +40,9 @@ impl Remarks<'_> {
                 "{}; split it into files of parts that lie near each other",
                 lost("32-bit positions", loss)
             ));
+        }
+        if let Some(loss) = grid.filter(|loss| !loss.is_tolerable()) {
+            lines.push(format!("{}; choose more --vertex-bits", lost("the grid", &loss)));
         }
         let placed = &self.placing.loss;
         match levels {
@@ -164,11 +167,11 @@ mod tests {
             "{said:?}"
         );
         assert!(remarks.warnings(Levels::Two)[0].contains("closer to the origin"));
-        let rounding = Rounding { loss, rounded_before: Some(0.5) };
+        let rounding = Rounding { loss, rounded_before: Some(0.5), grid: Some(loss), ..Rounding::default() };
         let remarks = Remarks { rounding: &rounding, placing: &Placing::default(), ..remarks };
         let said = remarks.warnings(Levels::Auto);
         assert!(
-            matches!(&said[..], [before, now] if before.contains("0.500 apart") && now.contains("split it")),
+            matches!(&said[..], [before, now, grid] if before.contains("0.500 apart") && now.contains("split it") && grid.contains("more --vertex-bits")),
             "{said:?}"
         );
     }

@@ -92,9 +92,12 @@ impl Told {
             self.troubled.push(number);
         }
         self.report.raise(&scene.report);
+        let grid = [self.rounding.grid, scene.rounding.grid].into_iter().flatten();
+        let grid = grid.reduce(|a, b| if b.share > a.share { b } else { a });
         if scene.rounding.loss.share >= self.rounding.loss.share {
             self.rounding = scene.rounding;
         }
+        self.rounding.grid = grid;
         for input in &scene.inputs {
             if self.inputs.iter().all(|known| known.path != input.path) {
                 self.inputs.push(input.clone());

@@ -7,7 +7,7 @@ use crate::cli::caches::extension_name;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
-use crate::scene::{AnimationChoice, Degenerate, Format, Moment, ReadOptions, Seconds};
+use crate::scene::{AnimationChoice, Degenerate, Format, Moment, ReadOptions, Seconds, VertexBits};
 use clap::Args;
 use std::path::Path;
 
@@ -36,6 +36,9 @@ pub struct ReadArgs {
     /// Keep which vertices of the model each triangle has, to interpolate normals and texture coordinates at hits: 12 bytes a triangle
     #[arg(long)]
     pub vertices: bool,
+    /// Put positions on a grid of so many bits an axis (8 to 24) within each mesh's box: with --codec compact, 16 halve a sequence
+    #[arg(long, value_name = "N")]
+    pub vertex_bits: Option<VertexBits>,
     /// What comes from standard input; told by its content if not given
     #[arg(long, value_name = "FORMAT", value_enum)]
     pub input_format: Option<InputFormat>,
@@ -62,7 +65,16 @@ impl ReadArgs {
         let (degenerate, allow_outside, scene, vertices) =
             (self.degenerate, self.allow_outside, self.scene, self.vertices);
         let (ignore_extensions, moment) = (self.ignore_extensions.clone(), self.moment());
-        ReadOptions { degenerate, allow_outside, scene, moment, ignore_extensions, vertices, ..ReadOptions::default() }
+        ReadOptions {
+            degenerate,
+            allow_outside,
+            scene,
+            moment,
+            ignore_extensions,
+            vertices,
+            vertex_bits: self.vertex_bits,
+            ..ReadOptions::default()
+        }
     }
 
     fn moment(&self) -> Option<Moment> {
