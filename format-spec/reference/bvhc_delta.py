@@ -154,15 +154,20 @@ def fit(nodes, corners):
     first, count = nodes["first"].astype(int), nodes["count"].astype(int)
     leaf = np.flatnonzero((count > 0) & (np.arange(len(nodes)) != 1))
     require((first[leaf] + count[leaf] <= len(corners)).all(), "a leaf holds a triangle that is not there")
-    low, high = corners.min(axis=1), corners.max(axis=1)
     for n in leaf:
-        held = slice(first[n], first[n] + count[n])
-        nodes["min"][n], nodes["max"][n] = low[held].min(axis=0), high[held].max(axis=0)
+        held = corners[first[n]:first[n] + count[n]].reshape(-1, 3)
+        nodes["min"][n], nodes["max"][n] = last(np.argmin, held), last(np.argmax, held)
     for n in np.flatnonzero(count == 0)[::-1]:
         if n != 1:
             require(n < first[n] < len(nodes) - 1, "the children of node %d do not stand behind it" % n)
             pair = slice(first[n], first[n] + 2)
-            nodes["min"][n], nodes["max"][n] = nodes["min"][pair].min(axis=0), nodes["max"][pair].max(axis=0)
+            nodes["min"][n], nodes["max"][n] = last(np.argmin, nodes["min"][pair]), last(np.argmax, nodes["max"][pair])
+
+
+def last(which, points):
+    """The smallest or largest coordinate along each axis, of equal ones the last: 0.0 and -0.0 are equal."""
+    points = points[::-1]  # numpy tells the first
+    return points[which(points, axis=0), [0, 1, 2]]
 
 
 def weights(points):
