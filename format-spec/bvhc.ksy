@@ -6,9 +6,9 @@ meta:
   ks-version: 0.11
   endian: le
 doc: |
-  The .bvhc file, version 1.2, as a Kaitai Struct description. SPEC.md beside this file is the law; this description covers the
+  The .bvhc file, version 1.3, as a Kaitai Struct description. SPEC.md beside this file is the law; this description covers the
   container (header, section table), every record type, META, NAMS and MATS, and the frame lists of compressed sections, whose
-  frames it hands out undecoded. It checks the magic and the few sizes that it needs itself, not the other rules.
+  frames it hands out undecoded: Zstandard frames, which of codec delta hold differences from what is predicted. It checks the magic and the few sizes that it needs itself, not the other rules.
 doc-ref: format-spec/SPEC.md
 
 seq:
@@ -47,9 +47,10 @@ enums:
   codec:
     0: raw
     1: zstd
+    2: delta
   layout:
     0: unknown
-    1: zstd
+    1: zstd  # frames, which codec delta has as well
     2: nodes
     3: triangles
     4: geoms
@@ -179,9 +180,14 @@ types:
         value: (flags & 2) != 0
       is_content:
         value: (flags & 4) != 0
+      is_delta:
+        value: |
+          codec == codec::delta and schema == 1 and
+          (kind == kind::nodes or kind == kind::indexed_triangles or kind == kind::positions)
+        doc: Whether it holds differences, as these types of a sequence may.
       layout:
         value: |
-          codec == codec::zstd ? layout::zstd :
+          codec == codec::zstd or is_delta ? layout::zstd :
           codec != codec::raw or schema != 1 ? layout::unknown :
           kind == kind::nodes or kind == kind::tlas_nodes ? layout::nodes :
           kind == kind::triangles ? layout::triangles :
@@ -221,7 +227,9 @@ types:
             layout::meta: provenance
 
   zstd_frames:
-    doc: Blocks of 1 MiB of the decoded bytes, the last one shorter, each an independent Zstandard frame.
+    doc: |
+      Blocks of 1 MiB, the last one shorter, each an independent Zstandard frame: of the decoded bytes, or with codec delta of packed
+      bytes, whose length follows from the rows of TOPO and POSE (SPEC.md, section 8.1).
     seq:
       - id: num_frames
         type: u4

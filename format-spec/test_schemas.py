@@ -78,7 +78,8 @@ def documents(tool, scratch):
     yield from run("stats", "clip.bvhc", "--frames")
     yield from run("verify", "clip.bvhc", "--device", "cpu", "--rays", "1000")
     yield from run("convert", "clip.bvhc", "-o", "first.bvhc", "--frame", "0")
-    yield from run("info", "odd.bvhc", "moves.bvhc", "clip.bvhc")
+    yield from run("build", SAMPLES / "helicopter/heli.####.obj", "--frames", "1-2", "-o", "heli.bvhc", "--codec", "compact")
+    yield from run("info", "odd.bvhc", "moves.bvhc", "clip.bvhc", "heli.bvhc")
     models = [SAMPLES / "pillar.obj", SAMPLES / "forest.gltf"]
     yield from run("build", *models, "-n", "-o", "out/")
     yield from run("build", *models, "missing.obj", "-o", "out/", errors=True)

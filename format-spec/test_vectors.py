@@ -54,7 +54,7 @@ def main():
 
 
 def build_samples(tool, scratch):
-    """A few caches of real size: spatial splits, two levels, flattened, compressed."""
+    """A few caches of real size: spatial splits, two levels, flattened, compressed, sequences as differences."""
     scratch.mkdir(parents=True, exist_ok=True)
     samples = HERE.parent / "samples"
     made = []
@@ -65,10 +65,15 @@ def build_samples(tool, scratch):
         ("forest-flat", "forest.gltf", ["--flatten"]),
         ("colonnade-vertices", "colonnade.obj", ["--vertices"]),
         ("forest-vertices", "forest.glb", ["--flatten", "--vertices"]),
+        ("helicopter-rebuilt", "helicopter/heli.####.obj", ["--frames", "1-2", "--method", "sbvh", "--refit", "never", "--codec", "compact"]),
+        ("helicopter-refitted", "helicopter/heli.####.obj", ["--frames", "1-6", "--refit", "always", "--codec", "compact"]),
     ]:
         out = scratch / (name + ".bvhc")
         run([tool, "build", samples / model, "-o", out, "--force", "-q", *options])
         made.append(out)
+    [moved] = json.loads(run([tool, "info", "--json", made[-1]]))["files"]
+    as_differences = {s["type"] for s in moved["sections"] if s["codec"] == "delta"}
+    assert as_differences == set(bvhc_reader.DIFFERENCES), "of %s these are stored as differences: %s" % (made[-1].name, as_differences)
     packed = scratch / "forest-zstd.bvhc"
     run([tool, "convert", scratch / "forest-two-level.bvhc", "-o", packed, "--codec", "zstd", "-q"])
     return made + [packed]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plain reference reader of the .bvhc file, version 1.2. SPEC.md is the law; numbers in brackets are its sections.
+"""Plain reference reader of the .bvhc file, version 1.3. SPEC.md is the law; numbers in brackets are its sections.
 
     bvhc_reader.py FILE                           check the file, print what `bvhc info --json FILE` prints
     bvhc_reader.py FILE --ray ox,oy,oz,dx,dy,dz   check the file, trace the ray, print the closest hit (repeatable)
@@ -19,6 +19,8 @@ from fractions import Fraction
 
 import numpy as np
 
+import bvhc_delta  # beside this file
+
 try:
     import blake3
 except ImportError:
@@ -28,7 +30,7 @@ try:
 except ImportError:
     zstandard = None
 
-MINOR = 2  # that this reader knows
+MINOR = 3  # that this reader knows
 SEQUENCE_FEATURE = 1  # of features_required
 MAGIC = b"\x89BVH\r\n\x1a\n"
 BLOCK = 1 << 20  # decoded bytes of one zstd frame [8]
@@ -76,6 +78,9 @@ RECORDS = {  # [5]: type -> (flags, record)
     "META": (2, None),
 }
 NUMBERED = {"NODE", "VPOS", "TNOD", "INST"}  # of which a sequence has several [5.6]
+ROWS = {b"BLAS", b"TOPO", b"POSE", b"FRAM", b"GEOM"}  # that say how large the other sections are [11]
+RAW, ZSTD, DELTA = 0, 1, 2  # codecs [8]
+DIFFERENCES = ["TRIX", "VPOS", "NODE"]  # that may have codec 2 in a sequence, in the order in which they are decoded [8.1]
 STILL, IN_SEQUENCES = {"TRIS", "BLAS"}, {"TOPO", "TRIX", "POSE", "VPOS", "FRAM"}
 KEY, TIMED, HELD = 1, 1, 2
 
@@ -270,13 +275,8 @@ class File(Trees):
         self.read_header()
         self.read_table()
         self.check_hashes()
-        self.bodies = [None] * len(self.table)
         self.check_head_counts()
-        first = [b"BLAS", b"TOPO", b"POSE", b"GEOM"]  # their rows are asked before anything large is decoded [11]
-        for i, entry in sorted(enumerate(self.table), key=lambda entry: entry[1]["type"] not in first):
-            self.bodies[i] = self.decode(entry)
-            if entry["type"] == b"BLAS" and self.bodies[i] is not None:
-                self.check_rows(self.bodies[i])
+        self.decode_all()
         depths = self.check_sequence() if self.sequence else self.check_still()
         self.check_names()
         self.check_origins()
@@ -305,6 +305,12 @@ class File(Trees):
         require(self.two_level or not self.sequence, "SEQUENCE without TWO_LEVEL")
         require(h["min_minor"] >= 2 or not self.sequence, "a sequence that asks for less than version 1.2")
 
+    def understood(self, e):
+        """Whether this reader knows a section's type, number, layout and codec."""
+        name = e["type"].decode("latin-1")
+        codecs = [RAW, ZSTD, DELTA] if self.sequence and name in DIFFERENCES else [RAW, ZSTD]
+        return name in RECORDS and (e["ordinal"] == 0 or name in NUMBERED) and e["schema"] == 1 and e["codec"] in codecs
+
     def read_table(self):
         start, count = self.header["header_len"], self.header["section_count"]
         end = start + 128 * count
@@ -322,12 +328,13 @@ class File(Trees):
             require(e["flags"] & ~7 == 0 and e["reserved"] == bytes(12), "flags or reserved bytes of %r" % name)
             size, elements = e["elem_size"], e["elem_count"]
             require(size == 0 or size * elements == raw, "elem_size and elem_count of %r" % name)
-            require(e["codec"] != 0 or (raw == stored and e["raw_hash"] == e["stored_hash"]), "lengths of raw %r" % name)
+            require(e["codec"] != RAW or (raw == stored and e["raw_hash"] == e["stored_hash"]), "lengths of raw %r" % name)
             flags, record = RECORDS.get(name.decode("latin-1"), (None, None))
-            if not understood(e):
+            if not self.understood(e):
                 if e["flags"] & CRITICAL:
                     raise Unsupported("critical section %r, schema %d, codec %d" % (name, e["schema"], e["codec"]))
                 continue
+            require(e["codec"] != DELTA or self.header["min_minor"] >= 3, "%r has a codec of version 1.3, and the file asks for less" % name)
             require(e["flags"] == flags, "flags of %r" % name)
             require(size == (record.itemsize if record else 0), "elem_size of %r" % name)
             require(name != b"META" or (raw <= 1 << 20 and elements == 0), "META exceeds 1 MiB or has records")
@@ -338,7 +345,7 @@ class File(Trees):
     def check_presence(self):
         """Which types a file has, and their numbers [3, 5]."""
         numbers = {}
-        for e in filter(understood, self.table):
+        for e in filter(self.understood, self.table):
             numbers.setdefault(e["type"].decode(), []).append(e["ordinal"])
         wanted = {"NODE", "GEOM"} | (IN_SEQUENCES if self.sequence else STILL) | ({"TNOD", "INST"} if self.two_level else set())
         for name in RECORDS:
@@ -364,41 +371,43 @@ class File(Trees):
             for e in sorted(self.table, key=lambda e: (e["type"], e["ordinal"])) if e["flags"] & CONTENT)
         require(digest(content, "bvhc v1 content id") == self.header["content_id"], "content_id")
 
+    def decode_all(self):
+        """Rows first: what they say of the other sections is checked before anything large is decoded [11]."""
+        self.bodies, self.moved = [None] * len(self.table), None
+        for i, e in enumerate(self.table):
+            self.bodies[i] = self.decode(e) if e["type"] in ROWS else None
+        if self.sequence:
+            self.check_sequence_rows()
+            self.moved = bvhc_delta.Differences(self.topo, self.pose)
+        else:
+            self.check_rows(self.body("BLAS"))
+        order = [b"", *(name.encode() for name in DIFFERENCES)]  # each needs what stands before it, the others nothing
+        for i, e in sorted(enumerate(self.table), key=lambda x: (order.index(x[1]["type"]) if x[1]["type"] in order else 0, x[1]["ordinal"])):
+            if e["type"] not in ROWS:
+                self.bodies[i] = self.decode(e)
+
     def decode(self, e):
         """The decoded bytes of a section [8], or None for one that this reader skips."""
-        stored = self.data[e["offset"]:e["offset"] + e["stored_len"]]
-        if not understood(e):
+        if not self.understood(e):
             return None
-        if e["codec"] == 0:
-            return stored
-        if zstandard is None:
-            raise Unsupported("a compressed section: install the Python package zstandard")
-        raw_len, out = e["raw_len"], []
-        blocks = -(-raw_len // BLOCK)
-        require(len(stored) >= 8 + 4 * blocks, "a compressed section is shorter than its frame list")
-        count, zero = struct.unpack_from("<II", stored)
-        require((count, zero) == (blocks, 0), "frame_count of a compressed section")
-        position = 8 + 4 * blocks
-        for i, length in enumerate(struct.unpack_from("<%dI" % blocks, stored, 8)):
-            frame, position = stored[position:position + length], position + length
-            want = min(BLOCK, raw_len - i * BLOCK)
-            try:
-                facts = zstandard.get_frame_parameters(frame)
-                fits = facts.content_size == want and facts.window_size <= BLOCK and facts.dict_id == 0
-                block = zstandard.ZstdDecompressor().decompress(frame, want, allow_extra_data=False) if fits else b""
-            except zstandard.ZstdError as error:
-                raise Invalid("a zstd frame: %s" % error)
-            require(fits and len(block) == want, "a zstd frame's content size, window or dictionary")
-            out.append(block)
-        require(position == len(stored), "bytes behind the zstd frames")
-        raw = b"".join(out)
-        require(blake3 is None or digest(raw) == e["raw_hash"], "raw_hash of %r" % e["type"])
+        raw, name = self.data[e["offset"]:e["offset"] + e["stored_len"]], e["type"].decode()
+        try:
+            if e["codec"] == ZSTD:
+                raw = unframed(raw, e["raw_len"])
+            if e["codec"] == DELTA:
+                packed = unframed(raw, self.moved.packed_len(name, e["ordinal"], e["raw_len"]))
+                raw = self.moved.decode(name, e["ordinal"], packed)
+            require(blake3 is None or digest(raw) == e["raw_hash"], "raw_hash of %r" % e["type"])
+            if self.moved:
+                self.moved.learn(name, e["ordinal"], raw)
+        except bvhc_delta.Undecodable as error:
+            raise Invalid("%s %d: %s" % (name, e["ordinal"], error))
         return raw
 
     def check_head_counts(self):
         """What header and table say of each other [2, 11]."""
         records = {}
-        for e in filter(understood, self.table):
+        for e in filter(self.understood, self.table):
             records[e["type"].decode()] = records.get(e["type"].decode(), 0) + e["elem_count"]
         names = ("TRIX", "TOPO") if self.sequence else ("TRIS", "BLAS")
         for field, name in zip(("ref_count", "blas_count", "instance_count", "frame_count"), (*names, "INST", "FRAM")):
@@ -418,7 +427,7 @@ class File(Trees):
 
     def body(self, name, number=0):
         key = (name.encode(), number)
-        found = [b for e, b in zip(self.table, self.bodies) if (e["type"], e["ordinal"]) == key and understood(e)]
+        found = [b for e, b in zip(self.table, self.bodies) if (e["type"], e["ordinal"]) == key and self.understood(e)]
         return found[0] if found else None
 
     def rows(self, name, number=0):
@@ -450,14 +459,10 @@ class File(Trees):
         return depths
 
     def check_sequence(self):
-        """The rows of a sequence, then each pose and each placement [5.6]; the depths of all trees."""
-        self.topo, self.trix, self.pose, self.fram, self.geom = (self.rows(n) for n in ("TOPO", "TRIX", "POSE", "FRAM", "GEOM"))
-        numbers = lambda name: range(sum(e["type"] == name and understood(e) for e in self.table))
-        self.check_topologies()
-        self.blocks = [tuple(self.rows(n, k) for n in ("NODE", "VPOS")) for k in numbers(b"NODE")]
-        self.placements = [tuple(self.rows(n, k) for n in ("TNOD", "INST")) for k in numbers(b"TNOD")]
-        self.check_poses()
-        self.check_frames()
+        """Each pose and each placement [5.6]; the depths of all trees."""
+        self.trix = self.rows("TRIX")
+        self.blocks = [tuple(self.rows(n, k) for n in ("NODE", "VPOS")) for k in range(len(self.stated("NODE")))]
+        self.placements = [tuple(self.rows(n, k) for n in ("TNOD", "INST")) for k in range(len(self.stated("TNOD")))]
         tops = [top for top, _ in self.placements]
         self.check_header_counts(self.topo, self.topo["node_count"][self.pose["topology"]], tops)
         require((self.trix["geom"] < len(self.geom)).all(), "geom of TRIX")
@@ -477,21 +482,33 @@ class File(Trees):
         self.check_bounds(tops)
         return depths
 
+    def check_sequence_rows(self):
+        """The rows of a sequence, held against each other and against what the table says of the other sections [11]."""
+        self.topo, self.pose, self.fram, self.geom = (self.rows(n) for n in ("TOPO", "POSE", "FRAM", "GEOM"))
+        self.check_topologies()
+        self.check_poses()
+        self.check_frames()
+
+    def stated(self, name):
+        """The numbers of records that the table states for the sections of a type, in the order of their own numbers."""
+        found = [e for e in self.table if e["type"] == name.encode() and self.understood(e)]
+        return [e["elem_count"] for e in sorted(found, key=lambda e: e["ordinal"])]
+
     def check_topologies(self):
-        at = 0
+        at, records = 0, self.stated("TRIX")[0]
         for t, row in enumerate(map(plain, self.topo)):
             most, parts = 255 * (row["node_count"] // 2), int((self.geom["blas"] == t).sum())
-            require(row["ref_offset"] == at and at + row["ref_count"] <= len(self.trix), "TOPO rows do not tile TRIX")
+            require(row["ref_offset"] == at and at + row["ref_count"] <= records, "TOPO rows do not tile TRIX")
             at += row["ref_count"]
             require(row["node_count"] % 2 == 0 and 1 <= row["ref_count"] <= most and 1 <= parts <= most, "the size of topology %d" % t)
             require(row["reserved"] == bytes(32), "reserved bytes of TOPO")
             require((self.pose["topology"] == t).any(), "topology %d has no pose" % t)
-        require(at == len(self.trix), "TOPO rows do not end with TRIX")
+        require(at == records, "TOPO rows do not end with TRIX")
         require((np.diff(self.geom["blas"].astype(np.int64)) >= 0).all() and (self.geom["blas"] < len(self.topo)).all(), "blas of GEOM")
 
     def check_poses(self):
         block, at = 0, (0, 0)
-        ends = [tuple(map(len, b)) for b in self.blocks]
+        ends = list(zip(self.stated("NODE"), self.stated("VPOS")))
         for pose in map(plain, self.pose):
             require(pose["topology"] < len(self.topo) and pose["flags"] & ~KEY == 0 and pose["reserved"] == bytes(8), "a row of POSE")
             if pose["block"] == block + 1 and at == ends[block] != (0, 0):
@@ -504,11 +521,11 @@ class File(Trees):
 
     def check_frames(self):
         require(len(self.fram) > 0, "a sequence without frames")
-        before = None
+        before, placements = None, len(self.stated("TNOD"))
         for f in map(plain, self.fram):
             require(f["flags"] & ~(TIMED | HELD) == 0 and f["reserved"] == bytes(16), "flags or reserved bytes of FRAM")
             require(before is None or f["number"] > before["number"], "the numbers of FRAM do not ascend")
-            require(f["placement"] < len(self.placements), "placement of FRAM")
+            require(f["placement"] < placements, "placement of FRAM")
             require(not f["flags"] & HELD or (before and before["placement"] == f["placement"]), "a frame that holds another than the one before")
             time = struct.pack("<f", f["time"])
             require(np.isfinite(f["time"]) and (f["flags"] & TIMED or time == bytes(4)), "time of FRAM")
@@ -621,10 +638,28 @@ class File(Trees):
             require(not re.match(r"/|[A-Za-z]:[/\\]", name), "the name of an input is absolute")
 
 
-def understood(e):
-    """Whether this reader knows a section's type, number, layout and codec."""
-    name = e["type"].decode("latin-1")
-    return name in RECORDS and (e["ordinal"] == 0 or name in NUMBERED) and e["schema"] == 1 and e["codec"] <= 1
+def unframed(stored, length):
+    """The bytes, so many, that frames hold [8]."""
+    if zstandard is None:
+        raise Unsupported("a compressed section: install the Python package zstandard")
+    blocks, out = -(-length // BLOCK), []
+    require(len(stored) >= 8 + 4 * blocks, "a compressed section is shorter than its frame list")
+    count, zero = struct.unpack_from("<II", stored)
+    require((count, zero) == (blocks, 0), "frame_count of a compressed section")
+    position = 8 + 4 * blocks
+    for i, size in enumerate(struct.unpack_from("<%dI" % blocks, stored, 8)):
+        frame, position = stored[position:position + size], position + size
+        want = min(BLOCK, length - i * BLOCK)
+        try:
+            facts = zstandard.get_frame_parameters(frame)
+            fits = facts.content_size == want and facts.window_size <= BLOCK and facts.dict_id == 0
+            block = zstandard.ZstdDecompressor().decompress(frame, want, allow_extra_data=False) if fits else b""
+        except zstandard.ZstdError as error:
+            raise Invalid("a zstd frame: %s" % error)
+        require(fits and len(block) == want, "a zstd frame's content size, window or dictionary")
+        out.append(block)
+    require(position == len(stored), "bytes behind the zstd frames")
+    return b"".join(out)
 
 
 def cofactor(m, r, c):
@@ -760,7 +795,7 @@ def info(file):
         name = "".join(chr(c) if 33 <= c <= 126 else "\\x%02x" % c for c in e["type"])
         return {
             "type": name, "ordinal": e["ordinal"], "flags": flag_set(e["flags"], SECTION_FLAGS), "schema": e["schema"],
-            "codec": {0: "raw", 1: "zstd"}.get(e["codec"], str(e["codec"])), "align": 1 << e["align_log2"],
+            "codec": {RAW: "raw", ZSTD: "zstd", DELTA: "delta"}.get(e["codec"], str(e["codec"])), "align": 1 << e["align_log2"],
             **{f: e[f] for f in ("offset", "stored_len", "raw_len", "elem_count", "elem_size")},
             **{f: e[f].hex() for f in ("raw_hash", "stored_hash")},
         }
