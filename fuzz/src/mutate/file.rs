@@ -27,6 +27,7 @@ pub fn change(file: &mut Vec<u8>, dice: &mut Dice, raw: &mut Bytes) {
         2 => of_table(file, dice),
         3 | 4 => of_sections(file, dice),
         5 | 6 => of_one_section(file, dice, raw),
+        7 if dice.one_in(2) => of_packed(file, dice),
         7 => repack(file, dice),
         _ => of_records(file, dice, raw),
     }
@@ -162,6 +163,35 @@ fn repack(file: &mut Vec<u8>, dice: &mut Dice) {
     entry.codec = SectionEntry::ZSTD;
     entry.raw_hash = *blake3::hash(data).as_bytes();
     entry.raw_len = data.len() as u64;
+    *data = [&1u32.to_le_bytes(), &[0; 4], &(frame.len() as u32).to_le_bytes(), &frame[..]].concat();
+    *file = bytes::put_together(header, sections);
+}
+
+/// What is inside a packed section: words of it, or a piece in another place. What it decodes to then has another hash than the entry states.
+fn of_packed(file: &mut Vec<u8>, dice: &mut Dice) {
+    let (header, mut sections) = bytes::take_apart(file);
+    let packed =
+        |(_, (entry, data)): &(usize, &(SectionEntry, Vec<u8>))| entry.codec != SectionEntry::RAW && data.len() > 12;
+    let places: Vec<usize> = sections.iter().enumerate().filter(packed).map(|(i, _)| i).collect();
+    if places.is_empty() {
+        return;
+    }
+    let (_, data) = &mut sections[places[dice.below(places.len())]];
+    // Those of the seeds have one frame.
+    let Ok(mut inside) = zstd::bulk::decompress(&data[12..], 1 << 20) else { return };
+    for _ in 0..1 + dice.below(4) {
+        if inside.len() < 8 {
+            break;
+        }
+        if dice.one_in(4) {
+            let (from, to) = (dice.below(inside.len() - 4), dice.below(inside.len() - 4));
+            inside.copy_within(from..from + 4, to);
+        } else {
+            let at = dice.below(inside.len() - 4);
+            set_word(&mut inside, at, dice);
+        }
+    }
+    let Ok(frame) = zstd::bulk::compress(&inside, 1) else { return };
     *data = [&1u32.to_le_bytes(), &[0; 4], &(frame.len() as u32).to_le_bytes(), &frame[..]].concat();
     *file = bytes::put_together(header, sections);
 }
