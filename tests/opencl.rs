@@ -4,9 +4,9 @@
 mod common;
 
 use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset};
-use bvhc::cache::Image;
+use bvhc::cache::{Image, OpenOptions, Sequence};
 use bvhc::compile::compile;
-use bvhc::geom::{Affine, Ray};
+use bvhc::geom::{Aabb, Affine, Ray};
 use bvhc::random::Random;
 use bvhc::scene::{Instance, Mesh, Part, ReadOptions, Scene, read};
 use bvhc::trace::rays::Sampler;
@@ -14,6 +14,7 @@ use bvhc::verify::opencl::{Context, Fault, OpenCl, Options, list_devices};
 use bvhc::verify::{Cpu, Device, DeviceError, HitRecord, Query};
 use common::devices::opencl;
 use common::scenes::{real_scenes, sample};
+use common::vectors::sequences;
 use std::path::Path;
 use std::process::Command;
 
@@ -100,6 +101,54 @@ fn samples_give_the_cpus_bits() {
 /// that it met.
 fn without_slot(records: &[HitRecord]) -> Vec<HitRecord> {
     records.iter().map(|r| HitRecord { triangle: if r.is_hit() { 0 } else { r.triangle }, ..*r }).collect()
+}
+
+/// Frames are handed out as still files are: raw and as differences, one pose and several, refitted and built anew, with moved instances.
+#[test]
+fn frames_of_sequences_give_the_cpus_bits() {
+    let contexts = [native(), soft()];
+    let files = [
+        ("refitted", sequences::refitted().file()),
+        ("rebuilt", sequences::rebuilt().file()),
+        ("empty frame", sequences::empty_frame().file()),
+        ("zstd", sequences::large().packed()),
+        ("differences", sequences::walk().differences()),
+    ];
+    let (mut frames, mut hits) = (0, 0);
+    for (name, file) in &files {
+        let sequence = Sequence::from_slice(file, &OpenOptions::default()).unwrap();
+        let bounds = sequence.header().scene_bounds();
+        for index in 0..sequence.frame_count() {
+            let frame = sequence.frame(index).unwrap();
+            let rays = rays_across(&bounds, 500, index as u64);
+            let mut cpu = Cpu::new(frame.view(), &EXEC);
+            let want = cpu.trace(&rays, Query::Closest).expect("a tree");
+            hits += want.iter().filter(|record| record.is_hit()).count();
+            for context in contexts.iter().flatten() {
+                let mut device = OpenCl::new(context, frame.view()).expect("memory");
+                for query in [Query::Closest, Query::Any] {
+                    let (want, got) = (cpu.trace(&rays, query).unwrap(), device.trace(&rays, query).unwrap());
+                    assert_equal(&format!("{name}, frame {index}, {query:?}"), &device, &rays, &got, &want);
+                }
+            }
+            frames += 1;
+        }
+    }
+    assert!(frames == 17 && hits > 1000, "{frames} frames, {hits} hits");
+}
+
+/// From around a box to points in it.
+fn rays_across(bounds: &Aabb, count: usize, seed: u64) -> Vec<Ray> {
+    let mut random = Random::new(seed);
+    let middle = [0, 1, 2].map(|a| (bounds.min[a] + bounds.max[a]) / 2.0);
+    let far = 1.0 + (0..3).map(|a| bounds.max[a] - bounds.min[a]).fold(0.0, f32::max);
+    let ray = |_| {
+        let (away, within) = (random.direction(), [0; 3].map(|_| random.unit() as f32));
+        let origin = [0, 1, 2].map(|a| middle[a] + far * away[a] as f32);
+        let aim = [0, 1, 2].map(|a| bounds.min[a] + within[a] * (bounds.max[a] - bounds.min[a]));
+        Ray::new(origin, [0, 1, 2].map(|a| aim[a] - origin[a]))
+    };
+    (0..count).map(ray).collect()
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// Called with bytes done and bytes known to be needed so far; the second may grow while a glTF names more files.
-pub type Progress<'a> = &'a mut dyn FnMut(u64, u64);
+pub type Progress<'a> = &'a mut (dyn FnMut(u64, u64) + Send);
 
 /// One read in progress: which model, what it may hold, and which files its bytes came from.
 pub(super) struct Source<'a> {

@@ -10,12 +10,14 @@
 //! every frame.
 
 mod cuts;
+mod drive;
 mod policy;
 mod shape;
 mod survey;
 mod weld;
 
 pub use crate::build::motion::Trees;
+pub use drive::{Incoming, PreparedFrame, Preparer, TOGETHER};
 pub use policy::{Refit, RefitPolicy};
 
 use std::collections::BTreeMap;
@@ -184,7 +186,21 @@ impl<'a> SequenceBuilder<'a> {
     /// # Errors
     /// Where the scene cannot be built, or the file cannot be written.
     pub fn add(&mut self, scene: Scene, label: FrameLabel) -> Result<FrameOutcome, SequenceError> {
-        let mut laid = compile::lay_out(scene, &self.options, self.exec)?;
+        let frame = self.preparer().prepare(scene)?;
+        self.add_prepared(frame, label)
+    }
+
+    /// What prepares frames for this file.
+    pub fn preparer(&self) -> Preparer<'a> {
+        Preparer { options: self.options.clone(), exec: self.exec }
+    }
+
+    /// [`SequenceBuilder::add`] of a frame that was prepared before.
+    ///
+    /// # Errors
+    /// As [`SequenceBuilder::add`].
+    pub fn add_prepared(&mut self, frame: PreparedFrame, label: FrameLabel) -> Result<FrameOutcome, SequenceError> {
+        let PreparedFrame(mut laid) = frame;
         laid.meshes.iter_mut().for_each(|mesh| self.cuts.apply(mesh));
         let mut outcome = FrameOutcome { number: label.number, placing: laid.placing, ..FrameOutcome::default() };
         let poses: Vec<u32> =

@@ -19,7 +19,9 @@ use crate::cli::names;
 use crate::cli::progress::Bar;
 use crate::compile::Placing;
 use crate::scene::{self, Animation, Clip, Degenerate, InputFile, ReadOptions, ReadReport, Rounding, Scene, Seconds};
-use crate::sequence::{FrameLabel, FrameOutcome, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees};
+use crate::sequence::{
+    FrameLabel, FrameOutcome, Incoming, Preparer, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees,
+};
 use std::time::{Duration, Instant};
 
 /// Frames a second of a clip whose keys are not uniform.
@@ -84,13 +86,30 @@ struct Told {
     troubled: Vec<i32>,
 }
 
+/// What a frame's file or pose had to say.
+struct Arrived {
+    report: ReadReport,
+    rounding: Rounding,
+    inputs: Vec<InputFile>,
+    is_empty: bool,
+    took: Duration,
+}
+
+/// A scene that was read becomes a frame on its way.
+fn arrive(preparer: &Preparer, scene: Scene, label: FrameLabel, took: Duration) -> Result<Incoming<Arrived>, Failure> {
+    let (report, rounding, inputs) = (scene.report.clone(), scene.rounding, scene.inputs.clone());
+    let told = Arrived { report, rounding, inputs, is_empty: scene.meshes.is_empty(), took };
+    Ok(Incoming { frame: preparer.prepare(scene)?, label, told })
+}
+
 impl Told {
-    fn scene(&mut self, scene: &Scene, number: i32, read: &ReadOptions) {
+    fn frame(&mut self, scene: &Arrived, frame: FrameOutcome, read: &ReadOptions) {
         let (report, rounding, placing) = (&scene.report, &scene.rounding, &Placing::default());
         let remarks = Remarks { report, read, rounding, placing };
-        if scene.meshes.is_empty() || !remarks.warnings(Levels::Two).is_empty() {
-            self.troubled.push(number);
+        if scene.is_empty || !remarks.warnings(Levels::Two).is_empty() {
+            self.troubled.push(frame.number);
         }
+        self.read_time += scene.took;
         self.report.raise(&scene.report);
         let grid = [self.rounding.grid, scene.rounding.grid].into_iter().flatten();
         let grid = grid.reduce(|a, b| if b.share > a.share { b } else { a });
@@ -103,9 +122,6 @@ impl Told {
                 self.inputs.push(input.clone());
             }
         }
-    }
-
-    fn frame(&mut self, frame: FrameOutcome) {
         self.placing.collapsed = self.placing.collapsed.max(frame.placing.collapsed);
         if frame.placing.loss.share >= self.placing.loss.share {
             self.placing.loss = frame.placing.loss;
@@ -270,19 +286,22 @@ impl Workshop<'_> {
             builder.survey(scenes, trees).map_err(|e| failure(&e))?;
         }
         bar.phase("frames of", list.len() as u64);
-        let mut next = list.first().map(read_one);
-        for (i, frame) in list.iter().enumerate() {
-            let Some((scene, took)) = next.take().transpose()? else { break };
-            told.read_time += took;
-            told.scene(&scene, frame.number, read);
+        let preparer = builder.preparer();
+        let read_one = |frame: &OneFrame| -> Result<Incoming<Arrived>, Failure> {
+            let (scene, took) = read_one(frame)?;
             caches::fits(&frame.model, &scene, &self.build, self.context)?;
             let label = FrameLabel { number: frame.number, time: None, held: frame.held };
-            let (done, read_ahead) = exec.join(|| builder.add(scene, label), || list.get(i + 1).map(read_one));
-            told.frame(done.map_err(|e| failure(&e))?);
-            next = read_ahead;
-            bar.set(i as u64 + 1, list.len() as u64);
-        }
-        Ok(())
+            arrive(&preparer, scene, label, took)
+        };
+        builder.add_all(
+            list.len(),
+            |some| exec.map(list[some].iter().collect(), |_, frame| read_one(frame)).into_iter().collect(),
+            |i, outcome, arrived: Arrived| {
+                told.frame(&arrived, outcome, read);
+                bar.set(i as u64 + 1, list.len() as u64);
+                Ok(())
+            },
+        )
     }
 
     fn clip(
@@ -303,16 +322,24 @@ impl Workshop<'_> {
             builder.survey(scenes, trees).map_err(|e| failure(&e))?;
         }
         bar.phase("frames of", times.len() as u64);
-        for (i, time) in times.iter().enumerate() {
-            let start = Instant::now();
-            let scene = clip.at(*time).map_err(|e| caches::scene_failure(&e))?;
-            told.read_time += start.elapsed();
-            told.scene(&scene, i as i32, read);
-            let label = FrameLabel { number: i as i32, time: Some(time.get() as f32), held: false };
-            told.frame(builder.add(scene, label).map_err(|e| failure(&e))?);
-            bar.set(i as u64 + 1, times.len() as u64);
-        }
-        Ok(())
+        let preparer = builder.preparer();
+        builder.add_all(
+            times.len(),
+            |some| {
+                some.map(|i| {
+                    let start = Instant::now();
+                    let scene = clip.at(times[i]).map_err(|e| caches::scene_failure(&e))?;
+                    let label = FrameLabel { number: i as i32, time: Some(times[i].get() as f32), held: false };
+                    arrive(&preparer, scene, label, start.elapsed())
+                })
+                .collect()
+            },
+            |i, outcome, arrived: Arrived| {
+                told.frame(&arrived, outcome, read);
+                bar.set(i as u64 + 1, times.len() as u64);
+                Ok(())
+            },
+        )
     }
 
     /// The times at which a clip is posed, and why those.
@@ -364,6 +391,12 @@ impl Workshop<'_> {
             Some(input) => Err(inputs::is_an_input(&job.output, &input.path)),
             None => Ok(()),
         }
+    }
+}
+
+impl From<SequenceError> for Failure {
+    fn from(error: SequenceError) -> Failure {
+        failure(&error)
     }
 }
 

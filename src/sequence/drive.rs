@@ -1,0 +1,74 @@
+//! Frames one after another: while some are built, the next ones are read.
+
+use super::{FrameLabel, FrameOutcome, SequenceBuilder, SequenceError};
+use crate::build::BuildOptions;
+use crate::compile::{self, LaidOut};
+use crate::exec::Executor;
+use crate::scene::Scene;
+use std::ops::Range;
+
+/// Frames that are read together. As many more are being built, and no other frame is in memory.
+pub const TOGETHER: usize = 4;
+
+/// A frame whose meshes were put where they stand: what can be done on any thread, before its turn comes.
+pub struct PreparedFrame(pub(super) LaidOut);
+
+/// Prepares frames for a [`SequenceBuilder`].
+#[derive(Clone)]
+pub struct Preparer<'a> {
+    pub(super) options: BuildOptions,
+    pub(super) exec: &'a Executor,
+}
+
+impl Preparer<'_> {
+    /// Put the meshes of a frame where they stand.
+    ///
+    /// # Errors
+    /// Where the scene cannot be built.
+    pub fn prepare(&self, scene: Scene) -> Result<PreparedFrame, SequenceError> {
+        Ok(PreparedFrame(compile::lay_out(scene, &self.options, self.exec)?))
+    }
+}
+
+impl SequenceBuilder<'_> {
+    /// Add `count` frames in their order. `read` gives some of them, [`TOGETHER`] at most, in order, and may use all threads; while these are added, it is asked
+    /// for the next ones. `added` is told of each frame that was added.
+    ///
+    /// # Errors
+    /// The first that `read` or `added` gives, in the order of the frames, or that adding does.
+    pub fn add_all<T: Send, E: Send + From<SequenceError>>(
+        &mut self,
+        count: usize,
+        mut read: impl FnMut(Range<usize>) -> Result<Vec<Incoming<T>>, E> + Send,
+        mut added: impl FnMut(usize, FrameOutcome, T) -> Result<(), E> + Send,
+    ) -> Result<(), E> {
+        let exec = self.exec;
+        let some = |start: usize| start.min(count)..(start + TOGETHER).min(count);
+        let mut next = read(some(0))?;
+        for start in (0..count).step_by(TOGETHER) {
+            let now = std::mem::take(&mut next);
+            let ahead = some(start + TOGETHER);
+            let add = || {
+                for (i, Incoming { frame, label, told }) in now.into_iter().enumerate() {
+                    let outcome = self.add_prepared(frame, label)?;
+                    added(start + i, outcome, told)?;
+                }
+                Ok::<(), E>(())
+            };
+            let (done, read_ahead) = exec.join(add, || if ahead.is_empty() { Ok(Vec::new()) } else { read(ahead) });
+            done?;
+            next = read_ahead?;
+        }
+        Ok(())
+    }
+}
+
+/// A frame on its way, and what else there is to say of it.
+pub struct Incoming<T> {
+    /// Its meshes.
+    pub frame: PreparedFrame,
+    /// Which frame it is.
+    pub label: FrameLabel,
+    /// Handed on when it was added.
+    pub told: T,
+}
