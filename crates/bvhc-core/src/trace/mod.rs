@@ -7,12 +7,14 @@
 //!
 //! [`arithmetic`] holds the parts that [`closest_hit`] is made of, for those who measure other triangle tests or box tests.
 
+mod between;
 mod bounds;
 mod cached;
 mod hit;
 mod intersect;
 mod observe;
 mod slab;
+mod source;
 mod test;
 mod traverse;
 mod visit;
