@@ -9,7 +9,7 @@ use super::hit::{BatchError, Best, Hit, Malformed};
 use super::intersect::EdgeRay;
 use super::observe::NoObserver;
 use super::slab::Conservative;
-use super::source::{Source, Triangles};
+use super::source::{Records, Source, Tree};
 use super::traverse::{Bottom, FARTHEST, Stack, is_usable, slabs_for, walk};
 use crate::cache::{Between, BetweenInstance, BetweenTree, TriangleRecord};
 use crate::exec::Executor;
@@ -95,7 +95,7 @@ fn trace<const ANY: bool>(between: &Between<'_>, ray: &Ray, fraction: f32) -> Re
     let slabs = slabs_for::<Conservative, _>(&NoObserver, origin, direction, &root.bounds(), ray.t_min);
     let (mut top_stack, mut stack) = (Stack::new(), Stack::new());
     walk(
-        Bounds::new(between.tlas_nodes(), between.instances()),
+        &Records { nodes: between.tlas_nodes(), items: between.instances() },
         &slabs,
         &mut best,
         &mut top_stack,
@@ -209,25 +209,25 @@ impl Moving<'_> {
     }
 }
 
-impl<'a> Triangles for Moving<'a> {
-    type Walk = MovingWalk<'a>;
+impl<'a> Tree for Moving<'a> {
+    type Node = Node;
+    type Source = MovingWalk<'a>;
 
     #[inline(always)]
-    fn walk(&self) -> MovingWalk<'a> {
+    fn root(&self) -> Option<Node> {
+        let [a, b] = self.tree.nodes;
+        Some(self.node(a.first()?, b.first()?))
+    }
+
+    #[inline(always)]
+    fn source(&self) -> MovingWalk<'a> {
         MovingWalk { bounds: Bounds::new(self.tree.nodes[0], self.tree.triangles), moving: *self }
     }
 }
 
 impl<'a> Source for MovingWalk<'a> {
-    type Node = Node;
     type Pair = [Node; 2];
     type Items = MovingLeaf<'a>;
-
-    #[inline(always)]
-    fn root(&self) -> Option<Node> {
-        let [a, b] = self.moving.tree.nodes;
-        Some(self.moving.node(a.first()?, b.first()?))
-    }
 
     #[inline(always)]
     fn links(&self, index: u32) -> Result<(u32, u32), Malformed> {

@@ -20,12 +20,6 @@ impl<'a, T> Bounds<'a, T> {
         Bounds { nodes, items, pairs_left: nodes.len() / 2, items_left: items.len() }
     }
 
-    /// All nodes.
-    #[inline(always)]
-    pub fn nodes(&self) -> &'a [Node] {
-        self.nodes
-    }
-
     /// A node by its number.
     #[inline(always)]
     pub fn node(&self, index: u32) -> Result<&'a Node, Malformed> {

@@ -1,11 +1,10 @@
 //! Closest hit and any hit over a [`View`].
 
-use super::bounds::Bounds;
 use super::hit::{Best, Hit, Malformed};
 use super::intersect::EdgeRay;
 use super::observe::{Fault, NoObserver, Observer, makes};
 use super::slab::{Conservative, Rule, Slabs};
-use super::source::{Source, Triangles};
+use super::source::{Records, Source, Tree};
 use super::test::{Crossing, TriangleTest};
 use crate::cache::{TriangleRecord, View};
 use crate::geom::{Aabb, Ray};
@@ -67,14 +66,15 @@ pub fn trace<const ANY: bool, T: TriangleTest, R: Rule, O: Observer>(
     if view.tlas_nodes.is_empty() {
         if !view.blases.is_empty() {
             let blas = view.blas(0).ok_or(Malformed::BlasOutOfRange { instance: 0, blas: 0 })?;
-            let tree = Bottom { tree: blas, first_triangle: view.blases[0].ref_offset as usize, instance: None };
+            let tree = Records { nodes: blas.nodes, items: blas.triangles };
+            let tree = Bottom { tree, first_triangle: view.blases[0].ref_offset as usize, instance: None };
             tree.trace::<ANY, T, R>(origin, direction, ray.t_min, &mut best, &mut stack, observer)?;
         }
     } else {
         let slabs = slabs_for::<R, _>(observer, origin, direction, &view.tlas_nodes[0].bounds(), ray.t_min);
         let mut top_stack = Stack::new();
         walk(
-            Bounds::new(view.tlas_nodes, view.instances),
+            &Records { nodes: view.tlas_nodes, items: view.instances },
             &slabs,
             &mut best,
             &mut top_stack,
@@ -87,7 +87,8 @@ pub fn trace<const ANY: bool, T: TriangleTest, R: Rule, O: Observer>(
                         .ok_or(Malformed::BlasOutOfRange { instance: index, blas: instance.blas })?;
                     let first_triangle = view.blases[instance.blas as usize].ref_offset as usize;
                     let (origin, direction) = T::to_object(instance, origin, direction);
-                    let tree = Bottom { tree: blas, first_triangle, instance: Some(instance.id) };
+                    let tree = Records { nodes: blas.nodes, items: blas.triangles };
+                    let tree = Bottom { tree, first_triangle, instance: Some(instance.id) };
                     observer.instance();
                     observer.enter(index);
                     if tree.trace::<ANY, T, R>(origin, direction, ray.t_min, best, &mut stack, observer)? {
@@ -118,7 +119,10 @@ pub struct Bottom<T> {
     pub instance: Option<u32>,
 }
 
-impl<S: Triangles> Bottom<S> {
+impl<S> Bottom<S>
+where
+    S: Tree<Source: Source<Items: IntoIterator<Item: Borrow<TriangleRecord>>>>,
+{
     /// Improve `best`; with `ANY`, true as soon as something is hit.
     pub fn trace<const ANY: bool, T: TriangleTest, R: Rule>(
         &self,
@@ -129,7 +133,7 @@ impl<S: Triangles> Bottom<S> {
         stack: &mut Stack,
         observer: &mut impl Observer,
     ) -> Result<bool, Malformed> {
-        let Some(root) = self.tree.walk().root() else { return Ok(false) };
+        let Some(root) = self.tree.root() else { return Ok(false) };
         let test = T::new(origin, direction);
         let slabs = slabs_for::<R, _>(observer, origin, direction, &root.borrow().bounds(), t_min);
         match test.axis() {
@@ -149,7 +153,7 @@ impl<S: Triangles> Bottom<S> {
         observer: &mut impl Observer,
     ) -> Result<bool, Malformed> {
         let t_min = f64::from(t_min);
-        walk(self.tree.walk(), slabs, best, stack, observer, |start, triangles, best, observer| {
+        walk(&self.tree, slabs, best, stack, observer, |start, triangles, best, observer| {
             for (i, triangle) in triangles.into_iter().enumerate() {
                 let triangle = triangle.borrow();
                 observer.triangle();
@@ -204,17 +208,17 @@ impl Stack {
 
 /// Visit the leaves that the ray meets, near child first, until `leaf` says that it is enough.
 ///
-/// `leaf` gets the number of its first item and its items. The walk ends on every input: see [`Bounds`].
+/// `leaf` gets the number of its first item and its items. The walk ends on every input: see [`Bounds`](super::bounds::Bounds).
 #[inline(always)]
-pub fn walk<S: Source, R: Rule, O: Observer>(
-    mut source: S,
+pub fn walk<S: Tree, R: Rule, O: Observer>(
+    tree: &S,
     slabs: &Slabs<R>,
     best: &mut Best,
     stack: &mut Stack,
     observer: &mut O,
-    mut leaf: impl FnMut(usize, S::Items, &mut Best, &mut O) -> Result<bool, Malformed>,
+    mut leaf: impl FnMut(usize, <S::Source as Source>::Items, &mut Best, &mut O) -> Result<bool, Malformed>,
 ) -> Result<bool, Malformed> {
-    let Some(root) = source.root() else { return Ok(false) };
+    let Some(root) = tree.root() else { return Ok(false) };
     let root = root.borrow();
     let met = slabs.meets(root, best.limit);
     observer.root(met);
@@ -224,6 +228,7 @@ pub fn walk<S: Source, R: Rule, O: Observer>(
     let (mut reach, mut farthest) = (slabs.reach(best.limit), R::widened(best.limit));
     let (mut first, mut count) = (root.first, root.count);
     let mut depth = 0;
+    let mut source = tree.source();
     loop {
         if count == 0 {
             // Enter an inner node: test both children, go on with the nearer and put the other off.
