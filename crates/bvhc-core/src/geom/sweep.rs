@@ -64,13 +64,21 @@ mod tests {
         for round in 0..4000 {
             let scale = [1e-40, 1e-3, 1.0, 1e5, 1e15][round % 5];
             let mut number = |s: f64| (s * (2.0 * random.unit() - 1.0)) as f32;
-            let maps = [0; 2].map(|_| {
+            let mut maps = [0; 2].map(|_| {
                 let mut m = [0; 12].map(|_| number(1.0));
                 [3, 7, 11].iter().for_each(|i| m[*i] = number(scale * 3.0));
                 m
             });
+            // Half of them turn over twice, the points and the map: on the way they are far from both ends.
+            let turns_over = round % 2 == 0;
+            if turns_over {
+                maps[1] = maps[0].map(|m| -m);
+            }
             let affine = maps.map(|m| Affine::from_f32(&m));
-            let ends = [0; 2].map(|_| [0; 6].map(|_| [0; 3].map(|_| number(scale))));
+            let mut ends = [0; 2].map(|_| [0; 6].map(|_| [0; 3].map(|_| number(scale))));
+            if turns_over {
+                ends[1] = ends[0].map(|p| p.map(|c| -c));
+            }
             let boxes = [0, 1].map(|i| Aabb::from_points(&ends[i]));
             let swept = swept_box([&affine[0], &affine[1]], [&boxes[0], &boxes[1]]);
             for step in 0..=20 {
