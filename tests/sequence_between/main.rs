@@ -1,19 +1,19 @@
 //! Rays between two frames of a sequence find what brute force over the moved triangles finds, and at the frames' own times what the frames hold.
 
 mod brute;
+mod clips;
 #[path = "../common/mod.rs"]
 mod common;
+mod refuse;
 
 use brute::{Moved, Tally, compare};
 use bvhc::build::{BuildOptions, Executor, NoProgress};
-use bvhc::cache::check::{Level, Limits, check_bytes};
 use bvhc::cache::{
-    Between, CacheError, Codec, ErrorKind, Frames, InstanceRecord, Meta, OpenOptions, SectionKind, Sequence, Unlike,
-    Validation, tree_flags,
+    Between, CacheError, Codec, Frames, InstanceRecord, Meta, OpenOptions, Sequence, Validation, tree_flags,
 };
 use bvhc::geom::{Affine, Mix, Point, Ray};
 use bvhc::random::Random;
-use bvhc::scene::{self, AnimationChoice, Degenerate, Instance, Mesh, Moment, ReadOptions, Scene, Seconds};
+use bvhc::scene::{Instance, Mesh, Scene};
 use bvhc::sequence::{FrameLabel, Refit, RefitPolicy, SequenceBuilder};
 use bvhc::trace::{Hit, closest_hit};
 use common::vectors::sequences as vectors;
@@ -305,41 +305,6 @@ fn what_leaves_the_hull_of_its_ends_is_found() {
 }
 
 #[test]
-fn frames_that_do_not_show_the_same_have_nothing_between() {
-    let bytes = vectors::rebuilt().file();
-    let sequence = open(&bytes, Validation::Tree);
-    let refusal = |first, second| match sequence.between(first, second) {
-        Err(error) => error,
-        Ok(between) => panic!("{between:?}"),
-    };
-    let error = refusal(0, 1);
-    let counts = Unlike::Instances { counts: [2, 3] };
-    assert!(matches!(&error, CacheError::Unlike { frames: [0, 1], what } if *what == counts), "{error:?}");
-    assert_eq!(
-        error.to_string(),
-        "cannot interpolate frames 0 and 1, counted from 0: the one has 2 instances, the other 3, and each needs its like"
-    );
-    let error = refusal(2, 0);
-    let other = Unlike::Topology { instance: 0, topologies: [2, 0] };
-    assert!(matches!(&error, CacheError::Unlike { frames: [2, 0], what } if *what == other), "{error:?}");
-    assert_eq!(
-        error.to_string(),
-        "cannot interpolate frames 2 and 0, counted from 0: instance 0 shows topology 2 in the one and 0 in the other, \
-         and only poses of one topology can be interpolated"
-    );
-    assert_eq!(error.kind(), ErrorKind::Frames);
-    assert!(matches!(refusal(0, 3), CacheError::NoFrame { frame: 3, frames: 3 }));
-    assert!(sequence.between(1, 1).is_ok());
-
-    // An empty frame has its like in an empty one.
-    let bytes = vectors::empty_frame().file();
-    let sequence = open(&bytes, Validation::Tree);
-    assert!(matches!(sequence.between(0, 1), Err(CacheError::Unlike { .. })));
-    let nothing = sequence.between(0, 0).unwrap();
-    assert_eq!(nothing.closest_hit(&Ray::new([0.5, 0.5, -9.0], [0.0, 0.0, 1.0]), 0.5), Ok(None));
-}
-
-#[test]
 fn a_moment_is_found_by_its_time_and_by_its_number() {
     let bytes = build(party_frames(), Codec::Raw);
     let sequence = open(&bytes, Validation::Hash);
@@ -351,85 +316,6 @@ fn a_moment_is_found_by_its_time_and_by_its_number() {
     assert_eq!(between.frames().map(|frame| frame.number), [11, 12]);
     assert_eq!((between.fraction(3.0 / 24.0), sequence.at(4.0 / 24.0)), (None, None));
     assert_eq!(sequence.at_number(12.25).map(|m| (m.first, m.second, m.fraction)), Some((2, 3, 0.25)));
-}
-
-/// Whatever stands in the records, opening and tracing end, at every level.
-#[test]
-fn damaged_records_between_frames_end_in_an_error_or_a_bounded_walk() {
-    let sound = vectors::refitted().file();
-    let mut random = Random::new(13);
-    let mut opened = 0;
-    for round in 0..1500u32 {
-        let values = [0, 1, 2, 3, 255, 256, u32::MAX, 0x7f80_0000, 0x7fc0_0000, 0xff7f_ffff, random.bits() as u32];
-        let value = values[random.below(11) as usize];
-        let word = random.bits() as usize;
-        let edit = |words: &mut Vec<u32>| {
-            let at = word % words.len();
-            words[at] = value;
-        };
-        let (kind, ordinal) = [
-            (SectionKind::NODE, 0),
-            (SectionKind::NODE, 1),
-            (SectionKind::VPOS, 1),
-            (SectionKind::TRIX, 0),
-            (SectionKind::TNOD, 0),
-            (SectionKind::INST, 0),
-            (SectionKind::INST, 1),
-            (SectionKind::TOPO, 0),
-        ][round as usize % 8];
-        let bytes = vectors::with_section_of(&sound, kind, ordinal, edit);
-        for validation in [Validation::Quick, Validation::Hash, Validation::Tree] {
-            let options = OpenOptions { validation, max_memory: 1 << 20, ..OpenOptions::default() };
-            let Ok(sequence) = Sequence::from_slice(&bytes, &options) else { continue };
-            for (first, second) in [(0, 1), (1, 0)] {
-                let Ok(between) = sequence.between(first, second) else { continue };
-                opened += 1;
-                for ray in 0..6 {
-                    let ray = Ray::new([0.3 * ray as f32, 0.7, -4.0], [0.01 * ray as f32, 0.02, 1.0]);
-                    for fraction in [0.0, 0.37, 1.0] {
-                        let hit = between.closest_hit(&ray, fraction);
-                        let any = between.any_hit(&ray, fraction);
-                        assert!(validation < Validation::Tree || hit.is_ok() && any.is_ok(), "{kind} {hit:?}");
-                        if let Ok(Some(hit)) = hit {
-                            _ = between.normal(&hit, fraction);
-                        }
-                    }
-                }
-            }
-        }
-    }
-    assert!(opened > 1000, "{opened}");
-}
-
-/// Numbers of instances that stand there twice cannot be matched, and shapes that differ are found where records are checked.
-#[test]
-fn what_cannot_be_matched_is_told_by_its_rule() {
-    let mut sequence = vectors::rebuilt();
-    sequence.placements[0].1[1].id = sequence.placements[0].1[0].id;
-    let bytes = sequence.file();
-    let error = open(&bytes, Validation::Hash).between(0, 0).unwrap_err();
-    assert_eq!(error.rule(), Some("E0504"), "{error}");
-    assert!(error.to_string().contains("frames 0 and 0"), "{error}");
-
-    // Two leaves beside each other exchange a triangle: each frame by itself is sound.
-    let mut sequence = vectors::large();
-    let corners: Vec<[u32; 3]> = sequence.triangles.iter().map(|triangle| triangle.corners).collect();
-    let (nodes, vertices) = &mut sequence.blocks[1];
-    let leaves = |pair: &usize| nodes[*pair].count > 1 && nodes[pair + 1].count > 0;
-    let pair = (2..nodes.len()).step_by(2).find(leaves).unwrap();
-    nodes[pair].count -= 1;
-    nodes[pair + 1].count += 1;
-    nodes[pair + 1].first -= 1;
-    bvhc::tree::refit(nodes, |slot| corners[slot].map(|v| vertices[v as usize]));
-    sequence.restate_sah();
-    let bytes = sequence.file();
-    let report = check_bytes(&bytes, Level::Tree, None, &Limits::default(), &Executor::sequential());
-    assert!(!report.is_valid() && report.findings.iter().all(|f| f.rule.id == "E0705"), "{:?}", report.findings);
-    assert!(open(&bytes, Validation::Hash).between(0, 1).is_ok());
-    let sequence = open(&bytes, Validation::Tree);
-    assert!(sequence.frame(1).is_ok() && sequence.between(0, 2).is_ok());
-    let error = sequence.between(0, 1).unwrap_err();
-    assert_eq!(error.rule(), Some("E0705"), "{error}");
 }
 
 /// Matrices that are exchanged between two records are no concern of a box: instances are found by number, wherever the leaves put them.
@@ -454,64 +340,6 @@ fn instances_are_matched_by_number_and_not_by_place() {
         assert_eq!(tree.nodes[0].as_ptr(), tree.nodes[1].as_ptr());
         assert_eq!(Mix::new(0.3).unwrap().point(tree.vertices[0][0], tree.vertices[1][0]), tree.vertices[0][0]);
     }
-}
-
-fn clip_frames(path: &Path, animation: u32, times: impl Iterator<Item = f64>) -> Vec<Scene> {
-    let read = |time: f64| {
-        let moment = Moment { animation: AnimationChoice::Number(animation), time: Seconds::new(time) };
-        let options = ReadOptions { degenerate: Degenerate::Keep, moment: Some(moment), ..ReadOptions::default() };
-        scene::read(path, &options).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
-    };
-    times.map(read).collect()
-}
-
-#[test]
-#[ignore = "long: a million rays at random times of every clip"]
-fn long_a_million_rays_between_frames_of_real_clips() {
-    const RAYS: usize = 1_000_000;
-    let Some(models) = common::models_dir() else { return };
-    let mut clips = Vec::new();
-    for name in [
-        "anim_fox/Fox.glb",
-        "anim_cesiumman/CesiumMan.gltf",
-        "anim_cesium_milk_truck/CesiumMilkTruck.glb",
-        "anim_interpolation_test/InterpolationTest.gltf",
-        "anim_morph_cube/AnimatedMorphCube.gltf",
-        "anim_morph_stress/MorphStressTest.gltf",
-        "anim_soldier/Soldier.glb",
-    ] {
-        let path = models.join(name);
-        if !path.is_file() {
-            println!("skipped: no {name}");
-            continue;
-        }
-        for (number, animation) in scene::animations(&path, &ReadOptions::default()).unwrap().iter().enumerate() {
-            let Some(keys) = animation.keys else { continue };
-            let (first, last) = (f64::from(keys.first), f64::from(keys.last));
-            let times = (0..4).map(|k| first + (last - first) * 0.27 * f64::from(k));
-            clips.push((format!("{name} {number}"), clip_frames(&path, number as u32, times)));
-        }
-    }
-    let cats = models.join("seq_cat_run_lowpoly");
-    if cats.is_dir() {
-        let options = ReadOptions { degenerate: Degenerate::Keep, ..ReadOptions::default() };
-        let cat = |k: u32| scene::read(&cats.join(format!("cat_{:06}.obj", 1 + 4 * k)), &options).unwrap();
-        clips.push(("cat".into(), (0..4).map(cat).collect()));
-    }
-    let share = RAYS.div_ceil(clips.len().max(1));
-    let mut total = Tally::default();
-    for (number, (name, frames)) in clips.into_iter().enumerate() {
-        let bytes = build(frames, Codec::Raw);
-        let sequence = open(&bytes, Validation::Tree);
-        let tally = play(&sequence, 200, share.div_ceil(600), number as u64);
-        println!("{name:<48} {tally:?}");
-        assert!(tally.hits * 2 > tally.rays, "{name}: {tally:?}");
-        total.rays += tally.rays;
-        total.hits += tally.hits;
-        total.sure += tally.sure;
-    }
-    println!("{total:?}: 0 missed, 0 farther, 0 false");
-    assert!(total.rays >= RAYS, "{total:?}");
 }
 
 /// What stands still is no reason to move: a mesh of one pose does not tremble with the time.

@@ -106,6 +106,7 @@ fn trace<const ANY: bool>(between: &Between<'_>, ray: &Ray, fraction: f32) -> Re
                 let tree = between.tree(blas as usize);
                 let tree = tree.ok_or(Malformed::BlasOutOfRange { instance: start + i, blas })?;
                 let Some((origin, direction)) = instance.to_object(&mix, origin, direction) else { continue };
+                let tree = tree.where_it_counts(&mix);
                 let first_triangle = tree.first_triangle;
                 let bottom = Bottom { tree: Moving { tree, mix }, first_triangle, instance: Some(instance.ends[0].id) };
                 if bottom
@@ -179,6 +180,19 @@ fn inverse(m: [[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
         (p - q) / determinant
     };
     Some([0, 1, 2].map(|r| [0, 1, 2].map(|c| entry(r, c))))
+}
+
+impl<'a> BetweenTree<'a> {
+    /// At a frame's own time, that frame alone: what the other has cannot even change the sign of a zero.
+    #[inline(always)]
+    fn where_it_counts(self, mix: &Mix) -> BetweenTree<'a> {
+        let end = match mix.weights() {
+            [_, 0.0] => 0,
+            [0.0, _] => 1,
+            _ => return self,
+        };
+        BetweenTree { nodes: [self.nodes[end]; 2], vertices: [self.vertices[end]; 2], ..self }
+    }
 }
 
 /// A tree at a time between.
