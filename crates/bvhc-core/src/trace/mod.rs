@@ -12,6 +12,7 @@ mod bounds;
 mod cached;
 mod hit;
 mod intersect;
+mod moving;
 mod observe;
 mod slab;
 mod source;
@@ -19,6 +20,7 @@ mod test;
 mod traverse;
 mod visit;
 mod visit_scene;
+mod way_back;
 
 pub use hit::{BatchError, Hit, Malformed};
 #[cfg(feature = "testing")]

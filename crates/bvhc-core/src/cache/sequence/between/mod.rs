@@ -15,6 +15,7 @@ use std::borrow::Cow;
 use super::moment::{fraction, seconds_of};
 use crate::geom::{Affine, Mix};
 use crate::layout::{FrameRecord, IndexedTriangleRecord, InstanceRecord, Node, TriangleRecord, side_flags};
+use crate::simd::Register;
 
 /// The time between two frames of a sequence, open for rays.
 ///
@@ -166,19 +167,15 @@ impl BetweenTree<'_> {
     #[inline(always)]
     pub fn at(&self, triangle: &IndexedTriangleRecord, mix: &Mix) -> TriangleRecord {
         let [a, b] = self.vertices;
-        // Opening found every corner, so this finds it there too.
-        let vertex = |v: u32| {
-            let (Some(a), Some(b)) = (a.get(v as usize), b.get(v as usize)) else { return [f32::NAN; 3] };
-            mix.point(*a, *b)
+        let [first, second] = mix.weights();
+        let wide = |[x, y, z]: [f32; 3]| Register::of([x, y, z, 0.0]);
+        // Opening found every corner, so this finds it there too. In the fourth lane stands an integer of the record.
+        let row = |v: u32, word: u32| {
+            let (a, b) = (a.get(v as usize).copied(), b.get(v as usize).copied());
+            let (a, b) = (a.unwrap_or([f32::NAN; 3]), b.unwrap_or([f32::NAN; 3]));
+            (wide(a).mix(wide(b), first, second) ^ Register::of([0.0, 0.0, 0.0, f32::from_bits(word)])).array()
         };
-        let [v0, v1, v2] = triangle.corners;
-        TriangleRecord {
-            v0: vertex(v0),
-            prim: triangle.prim,
-            v1: vertex(v1),
-            geom: triangle.geom,
-            v2: vertex(v2),
-            flags: triangle.flags,
-        }
+        let ([v0, v1, v2], IndexedTriangleRecord { prim, geom, flags, .. }) = (triangle.corners, *triangle);
+        bytemuck::cast([row(v0, prim), row(v1, geom), row(v2, flags)])
     }
 }
