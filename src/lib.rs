@@ -103,4 +103,6 @@ pub use trace::Hit;
 mod documents {
     #[doc = include_str!("../README.md")]
     struct Readme;
+    #[doc = include_str!("../docs/inputs.md")]
+    struct Inputs;
 }

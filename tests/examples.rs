@@ -37,28 +37,63 @@ fn own_geometry_is_built_written_and_asked() {
     assert!(checked.is_clean(), "{:?}", checked.findings);
 }
 
-#[test]
-fn a_sequence_is_played() {
+/// Two frames of an OBJ each.
+fn sequence(file: &Path, frame: impl Fn(i32) -> String) {
     use bvhc::scene::{self, Format, ReadOptions};
     use bvhc::sequence::{FrameLabel, RefitPolicy, SequenceBuilder};
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("s.bvhc");
     let (exec, options) = (bvhc::exec::Executor::sequential(), bvhc::build::BuildOptions::default());
     let progress = bvhc::build::NoProgress;
     let codec = bvhc::cache::Codec::Raw;
-    let mut builder = SequenceBuilder::new(&file, &options, RefitPolicy::default(), codec, &exec, &progress).unwrap();
+    let mut builder = SequenceBuilder::new(file, &options, RefitPolicy::default(), codec, &exec, &progress).unwrap();
     for number in 0..2 {
-        // A roof that sinks by one unit a frame.
-        let obj = format!("o roof\nv -1 -1 {0}\nv 1 -1 {0}\nv 0 1 {0}\nf 1 2 3\n", 5 - number);
+        let obj = frame(number);
         let read = scene::read_bytes(obj.into(), "roof.obj", Some(Format::Obj), None, &ReadOptions::default()).unwrap();
         builder.add(read, FrameLabel { number, time: None, held: false }).unwrap();
     }
     builder.finish(&bvhc::cache::Meta::default()).unwrap();
+}
+
+/// Three bytes a pixel.
+fn pixels_of(picture: &Path) -> Vec<u8> {
+    let reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(picture).unwrap()));
+    let mut reader = reader.read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut pixels).unwrap();
+    pixels
+}
+
+#[test]
+fn a_sequence_is_played() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.bvhc");
+    // A roof that sinks by one unit a frame.
+    sequence(&file, |number| format!("o roof\nv -1 -1 {0}\nv 1 -1 {0}\nv 0 1 {0}\nf 1 2 3\n", 5 - number));
     let text = output(example("frames").arg(&file));
     let hits: Vec<&str> = text.lines().filter_map(|line| line.split_once("triangles  ")).map(|(_, hit)| hit).collect();
     // The box that the ray starts above is rounded outward.
     let roofs = ["triangle 0 of 'roof' at 2.00000", "triangle 0 of 'roof' at 3.00000"];
     assert!(hits.len() == 2 && hits.iter().zip(roofs).all(|(hit, roof)| hit.starts_with(roof)), "{text}");
+}
+
+/// Where a roof was half of the time, its pixels are between the roof's and the sky's.
+#[test]
+fn what_moves_is_blurred() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, picture) = (folder.path().join("s.bvhc"), folder.path().join("s.png"));
+    sequence(&file, |number| format!("o roof\nv {0} 0 -1\nv {0} 0 1\nv {1} 0 0\nf 1 2 3\n", -number, 2 - number));
+    output(example("motion_blur").args([&file, &picture]));
+    let pixels = pixels_of(&picture);
+    let share =
+        |is: &dyn Fn(u8) -> bool| pixels.chunks(3).filter(|p| is(p[0])).count() as f32 / (pixels.len() / 3) as f32;
+    let roof = *pixels.chunks(3).map(|p| &p[0]).max().unwrap();
+    let (clear, blurred) = (share(&|red| red == roof), share(&|red| red > 28 && red < roof - 4));
+    assert!(clear > 0.002 && blurred > 0.01, "{clear} of the picture is roof, {blurred} blurred");
+
+    // The time between a frame and itself is that frame: but for pixels at its edges, everything is roof or sky.
+    output(example("motion_blur").args([&file, &picture]).args(["1", "1"]));
+    let pixels = pixels_of(&picture);
+    let still = pixels.chunks(3).filter(|p| p[0] > 28 && p[0] < roof - 4).count() as f32 / (pixels.len() / 3) as f32;
+    assert!(still < blurred / 3.0, "{still} blurred where nothing moves, {blurred} where it does");
 }
 
 #[test]
@@ -67,10 +102,7 @@ fn the_renderer_sees_the_scene() {
     let (file, picture) = (folder.path().join("p.bvhc"), folder.path().join("p.png"));
     bvhc::Build::of_model(sample("pillar.obj")).unwrap().run().unwrap().write(&file).unwrap();
     output(example("render").args([&file, &picture]));
-    let reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&picture).unwrap()));
-    let mut reader = reader.read_info().unwrap();
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-    reader.next_frame(&mut pixels).unwrap();
+    let pixels = pixels_of(&picture);
     let seen = pixels.chunks(3).filter(|p| *p != [24, 28, 36]).count();
     assert!(seen > pixels.len() / 3 / 50, "{seen} pixels of {} show the scene", pixels.len() / 3);
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use bvhc::cache::check::{Level, Limits, Source, check_bytes};
 use bvhc::cache::{
-    Cache, CacheError, OpenOptions, SectionEntry, SectionKind, Sequence, Validation, View, rules, tree_flags,
+    Between, Cache, CacheError, OpenOptions, SectionEntry, SectionKind, Sequence, Validation, View, rules, tree_flags,
 };
 use bvhc::exec::Executor;
 use bvhc::geom::{Aabb, Ray};
@@ -362,6 +362,10 @@ fn trace_some(bytes: &[u8], dice: &mut Dice, round: usize) {
             let frame = sequence.frame(number);
             let frame = frame.unwrap_or_else(|e| panic!("round {round}: the check says valid, the reader: {e}"));
             trace_view(&frame.view(), bounds, 64 / sequence.frame_count().min(64), dice, round);
+            match sequence.between(number, (number + 1) % sequence.frame_count()) {
+                Ok(between) => trace_between(&between, bounds, dice, round),
+                Err(error) => assert!(matches!(error, CacheError::Unlike { .. }), "round {round}: {error}"),
+            }
         }
         return;
     }
@@ -370,17 +374,30 @@ fn trace_some(bytes: &[u8], dice: &mut Dice, round: usize) {
     trace_view(&cache.view(), bounds, 64, dice, round);
 }
 
+fn share(dice: &mut Dice) -> f32 {
+    (dice.roll() >> 40) as f32 / (1u64 << 24) as f32
+}
+
+/// From anywhere in a box to anywhere else in it.
+fn some_ray(bounds: Aabb, dice: &mut Dice) -> Ray {
+    let mut point = || [0, 1, 2].map(|a| bounds.min[a] + (bounds.max[a] - bounds.min[a]) * share(dice));
+    let (from, to) = (point(), point());
+    Ray::new(from, [0, 1, 2].map(|a| to[a] - from[a]))
+}
+
+fn trace_between(between: &Between<'_>, bounds: Aabb, dice: &mut Dice, round: usize) {
+    for _ in 0..8 {
+        let (ray, time) = (some_ray(bounds, dice), share(dice));
+        let closest = between.closest_hit(&ray, time);
+        let any = between.any_hit(&ray, time);
+        assert!(closest.is_ok(), "round {round}: the check says valid, the traversal: {closest:?}");
+        assert_eq!(any, closest.map(|hit| hit.is_some()), "round {round}");
+    }
+}
+
 fn trace_view(view: &View<'_>, bounds: Aabb, rays: usize, dice: &mut Dice, round: usize) {
     for _ in 0..rays {
-        // From anywhere in the scene's box to anywhere else in it.
-        let mut point = || {
-            [0, 1, 2].map(|a| {
-                let share = (dice.roll() >> 40) as f32 / (1u64 << 24) as f32;
-                bounds.min[a] + (bounds.max[a] - bounds.min[a]) * share
-            })
-        };
-        let (from, to) = (point(), point());
-        let ray = Ray::new(from, [0, 1, 2].map(|a| to[a] - from[a]));
+        let ray = some_ray(bounds, dice);
         let closest = try_closest_hit(view, &ray, &mut NoObserver);
         assert!(closest.is_ok(), "round {round}: the check says valid, the traversal: {closest:?}");
         assert!(try_any_hit(view, &ray, &mut NoObserver).is_ok(), "round {round}");

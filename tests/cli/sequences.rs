@@ -222,3 +222,40 @@ fn trees_for_all_frames_cost_less_than_that_of_the_first() {
         assert_eq!(place.run(&format!("build in/wave.%03d.obj -o wave.bvhc --trees {wrong}")).code, 2);
     }
 }
+
+#[test]
+fn a_compact_file_is_the_same_and_a_grid_is_told() {
+    let place = Place::new();
+    waves(&place, 1..9);
+    let build = "build in/wave.%03d.obj --trees first";
+    place.ok(&format!("{build} -o raw.bvhc"));
+    place.ok(&format!("{build} -o small.bvhc --codec compact"));
+    let info = |file: &str| place.ok(&format!("info {file} --json")).json()["files"][0].clone();
+    let (raw, small) = (info("raw.bvhc"), info("small.bvhc"));
+    assert_eq!(raw["content_id"], small["content_id"]);
+    assert!(small["sections"].as_array().unwrap().iter().any(|s| s["kind"] == "VPOS" && s["codec"] == "delta"), "{small}");
+    place.ok("check small.bvhc");
+    place.ok("verify small.bvhc --device cpu --rays 2000");
+    place.ok("convert small.bvhc -o frame.bvhc --frame 5");
+    place.ok("check frame.bvhc --source in/wave.005.obj");
+    assert!(place.ok(&format!("{build} -o small.bvhc --codec compact")).out.contains("up to date"));
+    let said = place.ok(&format!("{build} -o small.bvhc -n"));
+    assert!(said.out.contains("codec compact → raw"), "{}", said.out);
+
+    // A grid is part of what was asked for: its files are others, and are compared with the model on it.
+    place.ok(&format!("{build} -o grid.bvhc --codec compact --vertex-bits 12"));
+    place.ok("convert grid.bvhc -o frame.bvhc --frame 5");
+    place.ok("check frame.bvhc --source in/wave.005.obj");
+    let still = place.ok("build in/wave.001.obj -o still.bvhc --vertex-bits 12 --json").json();
+    let loss = &still["results"][0]["built"]["rounding"]["grid"];
+    assert!(loss["farthest"].as_f64().is_some_and(|moved| moved > 0.0 && moved < 9.0 / 2048.0), "{still}");
+    place.ok("check still.bvhc --source in/wave.001.obj");
+    let coarse = place.ok("build in/wave.001.obj -o still.bvhc --vertex-bits 8 --force");
+    assert!(!coarse.err.contains("the grid"), "{}", coarse.err);
+    let mut thin = String::from("v 0 0 0\nv 1000 0 0\nv 0 1000 0\nv 3 3 0\nv 3.4 3 0\nv 3 3.4 0\n");
+    thin += &"f 1 2 3\nf 4 5 6\n".repeat(9);
+    place.write("thin.obj", thin);
+    let told = place.ok("build thin.obj -o thin.bvhc --vertex-bits 8");
+    assert!(told.err.contains("the grid move its corners") && told.err.contains("more --vertex-bits"), "{}", told.err);
+    assert!(place.run("build thin.obj -o thin.bvhc --vertex-bits 30").err.contains("a number from 8 to 24"));
+}

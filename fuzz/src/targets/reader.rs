@@ -4,7 +4,7 @@ use super::{Target, limit};
 use crate::guard::within;
 use crate::mutate::file;
 use crate::planted::Seen;
-use bvhc::cache::{Cache, CacheError, Frames, OpenOptions, Opened, Sequence, Validation, View};
+use bvhc::cache::{Between, Cache, CacheError, Frames, OpenOptions, Opened, Sequence, Validation, View};
 use bvhc::geom::{Aabb, Ray};
 use bvhc::trace::{NoObserver, try_any_hit, try_closest_hit};
 
@@ -53,6 +53,12 @@ pub fn open_frames(input: &[u8], options: &OpenOptions) -> Result<usize, CacheEr
     for index in 0..sequence.frame_count().min(MOST_FRAMES) {
         let frame = within(allowance(input), || sequence.frame(index))?;
         trace(&frame.view(), sequence.header().scene_bounds(), options.validation == Validation::Tree);
+        // What two frames must share, and what is asked of it where a single frame does not need it.
+        match within(allowance(input), || sequence.between(0, index)) {
+            Ok(between) => trace_between(&between, sequence.header().scene_bounds(), options.validation),
+            Err(CacheError::Unlike { .. } | CacheError::Limit { .. }) => {}
+            Err(error) => assert!(matches!(error.rule(), Some("E0504" | "E0705")), "both frames open: {error}"),
+        }
     }
     assert!(sequence.frame(sequence.frame_count()).is_err(), "a frame behind the last");
     Ok(sequence.frame_count())
@@ -77,6 +83,25 @@ fn look(cache: &Opened) {
     let noted = cache.meta().map_or(0, |m| m.dependencies.len() + m.notes.len());
     let trees = (0..cache.blases().len() + 1).filter_map(|i| cache.view().blas(i)).count();
     std::hint::black_box((names, stored, raw, noted, trees));
+}
+
+/// As [`trace`], at a few times between two frames.
+fn trace_between(between: &Between<'_>, b: Aabb, validation: Validation) {
+    for i in 0..4u32 {
+        let at = |a: usize, s: f32| b.min[a] + (b.max[a] - b.min[a]) * s;
+        let from = [at(0, 0.1 * i as f32), at(1, 0.3), at(2, 1.1)];
+        let to = [at(0, 0.5), at(1, 0.2 * i as f32), at(2, 0.4)];
+        let ray = Ray::new(from, [0, 1, 2].map(|a| to[a] - from[a]));
+        for time in [0.0, 0.3, 1.0] {
+            let (closest, any) = (between.closest_hit(&ray, time), between.any_hit(&ray, time));
+            let valid = validation == Validation::Tree;
+            assert!(!valid || closest.is_ok() && any.is_ok(), "the reader says valid, the traversal: {closest:?}");
+            if let (true, Ok(closest), Ok(any)) = (valid, &closest, &any) {
+                assert_eq!(closest.is_some(), *any, "the nearest hit and any hit differ on {ray:?} at {time}");
+            }
+            _ = closest.ok().flatten().and_then(|hit| between.normal(&hit, time));
+        }
+    }
 }
 
 /// Rays through whatever was opened end; through a file whose every record was looked at, they end without an error.

@@ -67,6 +67,13 @@ pub enum CacheError {
         /// How many there are.
         frames: usize,
     },
+    /// Nothing lies between two frames of a sequence, since they do not show the same triangles.
+    Unlike {
+        /// The frames, counted from 0.
+        frames: [usize; 2],
+        /// What the one shows and the other does not.
+        what: Unlike,
+    },
     /// What was given to the writer cannot stand in a file. A fault of the program that called it.
     Unwritable {
         /// The file.
@@ -74,6 +81,39 @@ pub enum CacheError {
         /// What is wrong with it.
         detail: String,
     },
+}
+
+/// Why two frames cannot be interpolated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Unlike {
+    /// There are not as many instances in the one as in the other.
+    Instances {
+        /// How many each frame has.
+        counts: [usize; 2],
+    },
+    /// An instance shows other triangles, or the same under a tree of another shape: it was built anew between the frames.
+    Topology {
+        /// The instance's number in the scene.
+        instance: u32,
+        /// The row of [`Sequence::topologies`](super::Frames::topologies) that it shows in each frame.
+        topologies: [u32; 2],
+    },
+}
+
+impl fmt::Display for Unlike {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Unlike::Instances { counts: [first, second] } => {
+                write!(f, "the one has {first} instances, the other {second}, and each needs its like")
+            }
+            Unlike::Topology { instance, topologies: [first, second] } => write!(
+                f,
+                "instance {instance} shows topology {first} in the one and {second} in the other, \
+                 and only poses of one topology can be interpolated"
+            ),
+        }
+    }
 }
 
 /// The limits that a file can exceed.
@@ -128,7 +168,7 @@ pub enum ErrorKind {
     Unsupported,
     /// A limit forbids it.
     Limit,
-    /// It is a sequence where a still file is needed, or the other way round.
+    /// It is a sequence where a still file is needed, or the other way round; or its frames are not those that were asked for.
     Frames,
     /// A fault of the calling program.
     Internal,
@@ -153,6 +193,9 @@ impl fmt::Display for CacheError {
             CacheError::NoFrame { frame, frames } => {
                 write!(f, "cannot open frame {frame}, counted from 0: the sequence has {frames}")
             }
+            CacheError::Unlike { frames: [first, second], what } => {
+                write!(f, "cannot interpolate frames {first} and {second}, counted from 0: {what}")
+            }
             CacheError::Still { name } => write!(f, "cannot read {name} as a sequence: it is a still file"),
             CacheError::Unwritable { name, detail } => write!(f, "cannot write {name}: {detail}"),
         }
@@ -176,7 +219,10 @@ impl CacheError {
             CacheError::Invalid { .. } => ErrorKind::Invalid,
             CacheError::Unsupported { .. } | CacheError::NotCopied { .. } => ErrorKind::Unsupported,
             CacheError::Limit { .. } => ErrorKind::Limit,
-            CacheError::Sequence { .. } | CacheError::Still { .. } | CacheError::NoFrame { .. } => ErrorKind::Frames,
+            CacheError::Sequence { .. }
+            | CacheError::Still { .. }
+            | CacheError::NoFrame { .. }
+            | CacheError::Unlike { .. } => ErrorKind::Frames,
             CacheError::Unwritable { .. } => ErrorKind::Internal,
         }
     }

@@ -31,13 +31,13 @@ pub use crate::layout::{
     Names, PoseRecord, Presence, SEQUENCE_MIN_MINOR, SectionEntry, SectionKind, TopologyRecord, TriangleRecord, View,
     clip_name, minor_of, required_features, section_flags, side_flags, tree_flags,
 };
-pub use error::{CacheError, ErrorKind, Limited};
+pub use error::{CacheError, ErrorKind, Limited, Unlike};
 pub use file_bytes::FileBytes;
 pub use head::Head;
 pub use meta::{Dependency, MAX_META_LEN, Meta};
 pub use options::{OpenOptions, Validation};
 pub use reader::{Cache, Opened};
-pub use sequence::{Frame, Frames, Sequence};
+pub use sequence::{Between, BetweenInstance, BetweenTree, Frame, Frames, Moment, Sequence};
 
 /// What writers of files share with the reader. Not part of the stable interface.
 #[doc(hidden)]

@@ -44,6 +44,13 @@ operations! {
     less_or_equal(a: Vector, b: Vector) -> u32 = mask_bits(vcleq_f32(a, b));
     if_less(a: Vector, b: Vector, x: Vector, y: Vector) -> Vector = vbslq_f32(vcltq_f32(a, b), x, y);
     axes(a: Vector) -> Vector = vsetq_lane_f32::<3>(0.0, a);
+    mix(a: Vector, b: Vector, first: f64, second: f64) -> Vector = {
+        let (x, y) = (vdupq_n_f64(first), vdupq_n_f64(second));
+        let (a_low, b_low) = (vcvt_f64_f32(vget_low_f32(a)), vcvt_f64_f32(vget_low_f32(b)));
+        let low = vaddq_f64(vmulq_f64(x, a_low), vmulq_f64(y, b_low));
+        let high = vaddq_f64(vmulq_f64(x, vcvt_high_f64_f32(a)), vmulq_f64(y, vcvt_high_f64_f32(b)));
+        vcombine_f32(vcvt_f32_f64(low), vcvt_f32_f64(high))
+    };
     low_bytes(a: Vector) -> [u32; 4] = transmute(vandq_u32(vreinterpretq_u32_f32(a), vdupq_n_u32(0xff)));
     from_counts(counts: [i32; 4]) -> Vector = vcvtq_f32_s32(transmute::<[i32; 4], int32x4_t>(counts));
     upper(a: Vector) -> Vector = vcombine_f32(vget_high_f32(a), vget_high_f32(a));

@@ -84,6 +84,12 @@ pub fn axes(a: Vector) -> Vector {
     [a[0], a[1], a[2], 0.0]
 }
 
+/// Per lane `first·a + second·b`, with products and sum in `f64` and the result rounded once.
+#[inline(always)]
+pub fn mix(a: Vector, b: Vector, first: f64, second: f64) -> Vector {
+    zip(a, b, |a, b| (first * f64::from(a) + second * f64::from(b)) as f32)
+}
+
 /// The low byte of each lane's bits.
 #[inline(always)]
 pub fn low_bytes(a: Vector) -> [u32; 4] {

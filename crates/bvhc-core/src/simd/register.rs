@@ -63,6 +63,12 @@ impl Register {
         Register(ops::if_less(self.0, than.0, x.0, y.0))
     }
 
+    /// `first·self + second·other` per lane, with products and sum in `f64` and the result rounded once.
+    #[inline(always)]
+    pub fn mix(self, other: Register, first: f64, second: f64) -> Register {
+        Register(ops::mix(self.0, other.0, first, second))
+    }
+
     /// Absolute values.
     #[inline(always)]
     pub fn abs(self) -> Register {

@@ -35,6 +35,13 @@ operations! {
         _mm_or_ps(_mm_and_ps(mask, x), _mm_andnot_ps(mask, y))
     };
     axes(a: Vector) -> Vector = _mm_and_ps(a, transmute::<[u32; 4], Vector>([!0, !0, !0, 0]));
+    mix(a: Vector, b: Vector, first: f64, second: f64) -> Vector = {
+        let (x, y) = (_mm_set1_pd(first), _mm_set1_pd(second));
+        let low = _mm_add_pd(_mm_mul_pd(x, _mm_cvtps_pd(a)), _mm_mul_pd(y, _mm_cvtps_pd(b)));
+        let (a, b) = (_mm_movehl_ps(a, a), _mm_movehl_ps(b, b));
+        let high = _mm_add_pd(_mm_mul_pd(x, _mm_cvtps_pd(a)), _mm_mul_pd(y, _mm_cvtps_pd(b)));
+        _mm_movelh_ps(_mm_cvtpd_ps(low), _mm_cvtpd_ps(high))
+    };
     low_bytes(a: Vector) -> [u32; 4] =
         transmute(_mm_and_si128(_mm_castps_si128(a), transmute::<[u32; 4], __m128i>([0xff; 4])));
     from_counts(counts: [i32; 4]) -> Vector = _mm_cvtepi32_ps(transmute::<[i32; 4], __m128i>(counts));

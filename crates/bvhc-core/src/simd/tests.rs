@@ -73,6 +73,10 @@ fn arithmetic_has_the_bits_of_the_portable_twin() {
         assert!(same(ops::add(va, vb), portable::add(a, b)), "{a:?} + {b:?}");
         assert!(same(ops::sub(va, vb), portable::sub(a, b)), "{a:?} - {b:?}");
         assert!(same(ops::mul(va, vb), portable::mul(a, b)), "{a:?} * {b:?}");
+        for second in [0.0, 1.0, 0.3, 1e-45, 1.0 - 2f64.powi(-24)] {
+            let got = ops::mix(va, vb, 1.0 - second, second);
+            assert!(same(got, portable::mix(a, b, 1.0 - second, second)), "{a:?} and {second} of {b:?}");
+        }
     }
     for counts in [[0, 1, 2, 3], [i32::MAX, (1 << 24) + 1, 12_345_678, 7], [-1, i32::MIN, -(1 << 24) - 3, 5]] {
         assert_eq!(bits(ops::array(ops::from_counts(counts))), bits(portable::from_counts(counts)));
@@ -97,6 +101,7 @@ fn operations_do_what_they_say() {
     assert_eq!((r + r).array(), [2.0, -4.0, 6.0, -8.0]);
     assert_eq!((r - x).array(), [-4.0, -7.0, -2.0, -9.0]);
     assert_eq!((r * r).array(), [1.0, 4.0, 9.0, 16.0]);
+    assert_eq!(r.mix(x, 0.75, 0.25).array(), [2.0, -0.25, 3.5, -1.75]);
     let rows = [0.0, 4.0, 8.0, 12.0].map(|first| Register::of([first, first + 1.0, first + 2.0, first + 3.0]));
     let columns = Register::transpose(rows).map(Register::array);
     assert_eq!(columns, [0.0, 1.0, 2.0, 3.0].map(|first| [first, first + 4.0, first + 8.0, first + 12.0]));

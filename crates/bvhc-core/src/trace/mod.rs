@@ -7,16 +7,20 @@
 //!
 //! [`arithmetic`] holds the parts that [`closest_hit`] is made of, for those who measure other triangle tests or box tests.
 
+mod between;
 mod bounds;
 mod cached;
 mod hit;
 mod intersect;
+mod moving;
 mod observe;
 mod slab;
+mod source;
 mod test;
 mod traverse;
 mod visit;
 mod visit_scene;
+mod way_back;
 
 pub use hit::{BatchError, Hit, Malformed};
 #[cfg(feature = "testing")]

@@ -1,14 +1,15 @@
 //! Closest hit and any hit over a [`View`].
 
-use super::bounds::Bounds;
 use super::hit::{Best, Hit, Malformed};
 use super::intersect::EdgeRay;
 use super::observe::{Fault, NoObserver, Observer, makes};
 use super::slab::{Conservative, Rule, Slabs};
+use super::source::{Records, Source, Tree};
 use super::test::{Crossing, TriangleTest};
-use crate::cache::{BlasView, TriangleRecord, View};
+use crate::cache::{TriangleRecord, View};
 use crate::geom::{Aabb, Ray};
-use crate::layout::{MAX_DEPTH, Node};
+use crate::layout::MAX_DEPTH;
+use std::borrow::Borrow;
 
 /// The nearest point where the ray meets the scene with `t_min <= t <= t_max`, both sides of a triangle alike.
 ///
@@ -56,10 +57,7 @@ pub fn trace<const ANY: bool, T: TriangleTest, R: Rule, O: Observer>(
     ray: &Ray,
     observer: &mut O,
 ) -> Result<Option<Hit>, Malformed> {
-    let usable = ray.origin.iter().chain(&ray.direction).all(|v| v.is_finite())
-        && ray.direction != [0.0; 3]
-        && ray.t_min <= ray.t_max;
-    if !usable {
+    if !is_usable(ray) {
         return Ok(None);
     }
     let mut best = Best::none_until(ray.t_max.min(FARTHEST));
@@ -68,15 +66,15 @@ pub fn trace<const ANY: bool, T: TriangleTest, R: Rule, O: Observer>(
     if view.tlas_nodes.is_empty() {
         if !view.blases.is_empty() {
             let blas = view.blas(0).ok_or(Malformed::BlasOutOfRange { instance: 0, blas: 0 })?;
-            let tree = Bottom { blas, first_triangle: view.blases[0].ref_offset as usize, instance: None };
+            let tree = Records { nodes: blas.nodes, items: blas.triangles };
+            let tree = Bottom { tree, first_triangle: view.blases[0].ref_offset as usize, instance: None };
             tree.trace::<ANY, T, R>(origin, direction, ray.t_min, &mut best, &mut stack, observer)?;
         }
     } else {
         let slabs = slabs_for::<R, _>(observer, origin, direction, &view.tlas_nodes[0].bounds(), ray.t_min);
         let mut top_stack = Stack::new();
         walk(
-            view.tlas_nodes,
-            view.instances,
+            &Records { nodes: view.tlas_nodes, items: view.instances },
             &slabs,
             &mut best,
             &mut top_stack,
@@ -89,7 +87,8 @@ pub fn trace<const ANY: bool, T: TriangleTest, R: Rule, O: Observer>(
                         .ok_or(Malformed::BlasOutOfRange { instance: index, blas: instance.blas })?;
                     let first_triangle = view.blases[instance.blas as usize].ref_offset as usize;
                     let (origin, direction) = T::to_object(instance, origin, direction);
-                    let tree = Bottom { blas, first_triangle, instance: Some(instance.id) };
+                    let tree = Records { nodes: blas.nodes, items: blas.triangles };
+                    let tree = Bottom { tree, first_triangle, instance: Some(instance.id) };
                     observer.instance();
                     observer.enter(index);
                     if tree.trace::<ANY, T, R>(origin, direction, ray.t_min, best, &mut stack, observer)? {
@@ -104,17 +103,28 @@ pub fn trace<const ANY: bool, T: TriangleTest, R: Rule, O: Observer>(
     Ok(best.hit)
 }
 
-/// A BLAS under traversal.
-struct Bottom<'a> {
-    blas: BlasView<'a>,
-    /// Where its triangles start among all.
-    first_triangle: usize,
-    instance: Option<u32>,
+/// Whether a ray may meet anything.
+#[inline(always)]
+pub fn is_usable(ray: &Ray) -> bool {
+    ray.origin.iter().chain(&ray.direction).all(|v| v.is_finite())
+        && ray.direction != [0.0; 3]
+        && ray.t_min <= ray.t_max
 }
 
-impl Bottom<'_> {
+/// A tree over triangles under traversal.
+pub struct Bottom<T> {
+    pub tree: T,
+    /// Where its triangles start among all.
+    pub first_triangle: usize,
+    pub instance: Option<u32>,
+}
+
+impl<S> Bottom<S>
+where
+    S: Tree<Source: Source<Items: IntoIterator<Item: Borrow<TriangleRecord>>>>,
+{
     /// Improve `best`; with `ANY`, true as soon as something is hit.
-    fn trace<const ANY: bool, T: TriangleTest, R: Rule>(
+    pub fn trace<const ANY: bool, T: TriangleTest, R: Rule>(
         &self,
         origin: [f64; 3],
         direction: [f64; 3],
@@ -123,9 +133,9 @@ impl Bottom<'_> {
         stack: &mut Stack,
         observer: &mut impl Observer,
     ) -> Result<bool, Malformed> {
-        let Some(root) = self.blas.nodes.first() else { return Ok(false) };
+        let Some(root) = self.tree.root() else { return Ok(false) };
         let test = T::new(origin, direction);
-        let slabs = slabs_for::<R, _>(observer, origin, direction, &root.bounds(), t_min);
+        let slabs = slabs_for::<R, _>(observer, origin, direction, &root.borrow().bounds(), t_min);
         match test.axis() {
             0 => self.trace_along::<ANY, 0, T, R>(&test, &slabs, t_min, best, stack, observer),
             1 => self.trace_along::<ANY, 1, T, R>(&test, &slabs, t_min, best, stack, observer),
@@ -143,8 +153,9 @@ impl Bottom<'_> {
         observer: &mut impl Observer,
     ) -> Result<bool, Malformed> {
         let t_min = f64::from(t_min);
-        walk(self.blas.nodes, self.blas.triangles, slabs, best, stack, observer, |start, triangles, best, observer| {
-            for (i, triangle) in triangles.iter().enumerate() {
+        walk(&self.tree, slabs, best, stack, observer, |start, triangles, best, observer| {
+            for (i, triangle) in triangles.into_iter().enumerate() {
+                let triangle = triangle.borrow();
                 observer.triangle();
                 if let Some(c) = test.crossing::<AXIS>(triangle) {
                     let accepted = c.t >= t_min && c.t <= best.t;
@@ -182,7 +193,7 @@ struct Pending {
 }
 
 /// One far child a level, and no leaf lies deeper than [`MAX_DEPTH`].
-struct Stack {
+pub struct Stack {
     entries: [Pending; STACK],
 }
 
@@ -190,25 +201,25 @@ const STACK: usize = MAX_DEPTH as usize;
 
 impl Stack {
     #[inline(always)]
-    fn new() -> Stack {
+    pub fn new() -> Stack {
         Stack { entries: [Pending { near: 0.0, node: 0 }; STACK] }
     }
 }
 
 /// Visit the leaves that the ray meets, near child first, until `leaf` says that it is enough.
 ///
-/// `leaf` gets the number of its first item and its items. The walk ends on every input: see [`Bounds`].
+/// `leaf` gets the number of its first item and its items. The walk ends on every input: see [`Bounds`](super::bounds::Bounds).
 #[inline(always)]
-fn walk<T, R: Rule, O: Observer>(
-    nodes: &[Node],
-    items: &[T],
+pub fn walk<S: Tree, R: Rule, O: Observer>(
+    tree: &S,
     slabs: &Slabs<R>,
     best: &mut Best,
     stack: &mut Stack,
     observer: &mut O,
-    mut leaf: impl FnMut(usize, &[T], &mut Best, &mut O) -> Result<bool, Malformed>,
+    mut leaf: impl FnMut(usize, <S::Source as Source>::Items, &mut Best, &mut O) -> Result<bool, Malformed>,
 ) -> Result<bool, Malformed> {
-    let Some(root) = nodes.first() else { return Ok(false) };
+    let Some(root) = tree.root() else { return Ok(false) };
+    let root = root.borrow();
     let met = slabs.meets(root, best.limit);
     observer.root(met);
     if !met {
@@ -217,12 +228,13 @@ fn walk<T, R: Rule, O: Observer>(
     let (mut reach, mut farthest) = (slabs.reach(best.limit), R::widened(best.limit));
     let (mut first, mut count) = (root.first, root.count);
     let mut depth = 0;
-    let mut bounds = Bounds::new(nodes, items);
+    let mut source = tree.source();
     loop {
         if count == 0 {
             // Enter an inner node: test both children, go on with the nearer and put the other off.
             observer.inner_node();
-            let pair = bounds.enter(first)?;
+            let pair = source.enter(first)?;
+            let pair = pair.borrow();
             let (mut near, hits) = slabs.pair(pair, reach);
             if makes(observer, Fault::Order) {
                 near.swap(0, 1);
@@ -254,8 +266,8 @@ fn walk<T, R: Rule, O: Observer>(
                 continue;
             }
         } else {
-            let slots = bounds.leaf(first, count)?;
-            if leaf(first as usize, slots, best, observer)? {
+            let items = source.leaf(first, count)?;
+            if leaf(first as usize, items, best, observer)? {
                 return Ok(true);
             }
             (reach, farthest) = (slabs.reach(best.limit), R::widened(best.limit));
@@ -270,8 +282,7 @@ fn walk<T, R: Rule, O: Observer>(
             let pending = stack.entries[depth % STACK];
             observer.resume(pending.node, pending.near, !(pending.near <= farthest));
             if pending.near <= farthest {
-                let node = bounds.node(pending.node)?;
-                (first, count) = (node.first, node.count);
+                (first, count) = source.links(pending.node)?;
                 break;
             }
         }
@@ -280,7 +291,7 @@ fn walk<T, R: Rule, O: Observer>(
 
 /// The ray made ready for the boxes of one tree.
 #[inline(always)]
-fn slabs_for<R: Rule, O: Observer>(
+pub fn slabs_for<R: Rule, O: Observer>(
     observer: &O,
     origin: [f64; 3],
     direction: [f64; 3],

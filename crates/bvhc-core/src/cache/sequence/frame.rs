@@ -102,24 +102,35 @@ impl Frames<'_> {
         self.assemble(index, *record, exec).map_err(|fault| fault.of(&format!("frame {index}")))
     }
 
-    fn assemble(&self, index: usize, record: FrameRecord, exec: &Executor) -> Result<Frame<'_>, Fault> {
-        let refuse = |rule: &'static Rule, place, expected: String, actual: String| {
-            Fault::from(Finding::new(rule, place, expected, actual))
-        };
-        let at = Place::record(SectionKind::FRAM, index as u64);
-        let Some([tnod, inst]) = self.placements.get(record.placement as usize).copied() else {
-            return Err(refuse(
-                &rules::E0703,
-                at,
-                format!("a placement < {}", self.placements.len()),
-                record.placement.to_string(),
-            ));
-        };
+    /// The sections `TNOD` and `INST` of what a frame shows.
+    fn placed(&self, index: usize, record: &FrameRecord) -> Result<[usize; 2], Fault> {
+        self.placements.get(record.placement as usize).copied().ok_or_else(|| {
+            let expected = format!("a placement < {}", self.placements.len());
+            let place = Place::record(SectionKind::FRAM, index as u64);
+            Finding::new(&rules::E0703, place, expected, record.placement.to_string()).into()
+        })
+    }
+
+    /// The tree over a frame's instances, and these, with rows of `POSE` in the place of trees.
+    pub(super) fn placement(
+        &self,
+        index: usize,
+        record: &FrameRecord,
+        exec: &Executor,
+    ) -> Result<(Cow<'_, [Node]>, Vec<InstanceRecord>), Fault> {
+        let [tnod, inst] = self.placed(index, record)?;
         let tlas_nodes = match self.content(tnod, exec)? {
             Decoded::InFile(bytes) => Cow::Borrowed(records(bytes)),
             Decoded::Owned(bytes) => Cow::Owned(records(bytes.as_slice()).to_vec()),
         };
-        let mut instances: Vec<InstanceRecord> = records(self.content(inst, exec)?.as_slice()).to_vec();
+        Ok((tlas_nodes, records(self.content(inst, exec)?.as_slice()).to_vec()))
+    }
+
+    fn assemble(&self, index: usize, record: FrameRecord, exec: &Executor) -> Result<Frame<'_>, Fault> {
+        let refuse = |rule: &'static Rule, place, expected: String, actual: String| {
+            Fault::from(Finding::new(rule, place, expected, actual))
+        };
+        let (tlas_nodes, mut instances) = self.placement(index, &record, exec)?;
 
         // Which poses it shows, each once.
         let all = self.poses();
@@ -139,7 +150,7 @@ impl Frames<'_> {
         }
 
         let total = self.total(&poses);
-        let needed = self.bytes_needed(&total, [tnod, inst]);
+        let needed = self.bytes_needed(&total, self.placed(index, &record)?);
         if needed > u128::from(self.max_memory) {
             return Err(Fault::Memory { needed, limit: self.max_memory });
         }
@@ -215,7 +226,7 @@ impl Frames<'_> {
     }
 
     /// Bytes that two sections take once they are decoded, where they are packed.
-    fn unpacked(&self, entries: [usize; 2]) -> u128 {
+    pub(super) fn unpacked(&self, entries: [usize; 2]) -> u128 {
         let entries = entries.iter().filter_map(|i| self.sections().get(*i));
         entries.filter(|e| e.is_packed()).map(|e| u128::from(e.raw_len)).sum()
     }
@@ -314,7 +325,7 @@ impl Frames<'_> {
 
     /// `NODE` and `VPOS` of a block: this build of the crate decodes nothing.
     #[cfg(not(feature = "zstd"))]
-    fn block(&self, block: u32, exec: &Executor) -> Result<[Decoded<'_>; 2], Fault> {
+    pub(super) fn block(&self, block: u32, exec: &Executor) -> Result<[Decoded<'_>; 2], Fault> {
         let Some([nodes, vertices]) = self.blocks.get(block as usize).copied() else {
             return Ok([Decoded::InFile(&[]), Decoded::InFile(&[])]);
         };
@@ -323,6 +334,6 @@ impl Frames<'_> {
 }
 
 /// The container's rules made the length a multiple of the record's, and the bytes are aligned.
-fn records<T: bytemuck::Pod>(bytes: &[u8]) -> &[T] {
+pub(super) fn records<T: bytemuck::Pod>(bytes: &[u8]) -> &[T] {
     bytemuck::try_cast_slice(bytes).unwrap_or_default()
 }

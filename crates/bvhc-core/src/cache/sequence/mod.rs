@@ -3,11 +3,15 @@
 //! ```text
 //! open: front, and the rows of TOPO, TRIX, POSE, FRAM and GEOM     open
 //! frame(n): placement ─▶ poses ─▶ triangles with corners           frame
+//! at(time): which two frames                                       moment
+//! between(n, m): placements ─▶ pairs of poses                      between
 //! ```
 //!
 //! What a frame does not show is neither hashed, decoded nor touched when it is opened.
 
+mod between;
 mod frame;
+mod moment;
 #[cfg(feature = "zstd")]
 mod moved;
 mod open;
@@ -19,7 +23,9 @@ use super::reader::Opened;
 use super::{Header, Meta, Validation};
 use crate::layout::{FrameRecord, GeomRecord, IndexedTriangleRecord, Names, PoseRecord, SectionEntry, TopologyRecord};
 
+pub use between::{Between, BetweenInstance, BetweenTree};
 pub use frame::Frame;
+pub use moment::Moment;
 
 /// An open file of many frames that owns or maps its bytes.
 pub type Sequence = Frames<'static>;
