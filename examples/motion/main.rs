@@ -1,5 +1,5 @@
 //! Trees for animations beside a new tree in every frame:
-//! `cargo run --release --example motion -- [--frames N] [--rays N] [--jobs N] MODEL[:ANIMATION]…`
+//! `cargo run --release --example motion -- [--builders] [--each] [--frames N] [--rays N] [--jobs N] MODEL[:ANIMATION]…`
 //!
 //! MODEL is a glTF file, and ANIMATION the number of one of its animations, 0 if it is left out; or a folder of OBJ files that are frames. Of a glTF
 //! animation N frames are taken (24), evenly from its first key to its last. Everything is one mesh in world space.
@@ -9,7 +9,10 @@
 //! around, one diffuse bounce, and ambient occlusion; 0 traces none. `time` is what processors took to make the trees, where the system tells (Linux);
 //! with one job nothing else is counted. `best frame` knows all frames' trees, and its time is not stated, nor is that of `first frame`. `refit to R` is
 //! what `bvhc build --trees first --rebuild-ratio R` does: its trees are counted with those that were built in vain.
+//!
+//! `--builders` prints another table: what a ray costs in the trees of several builders, rebuilt in every frame or refitted to it (`builders.rs`).
 
+mod builders;
 mod clip;
 
 use bvhc::build::motion::{self, Cost, RefitPolicy, Trees};
@@ -22,6 +25,7 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 fn main() -> Result<()> {
     let (mut frames, mut rays, mut jobs, mut models) = (24, 4096, 1, Vec::new());
+    let (mut is_of_builders, mut each) = (false, false);
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         let mut number = || args.next().and_then(|n| n.parse().ok()).ok_or("a number after the option");
@@ -29,15 +33,25 @@ fn main() -> Result<()> {
             "--frames" => frames = number()?,
             "--rays" => rays = number()?,
             "--jobs" => jobs = number()?,
+            "--builders" => is_of_builders = true,
+            "--each" => each = true,
             _ => models.push(arg),
         }
     }
     let exec = Executor::new(jobs)?;
-    println!("| clip | triangles | frames | way | trees | SAH mean | worst | rays mean | worst | time |");
-    println!("|---|--:|--:|---|--:|--:|--:|--:|--:|--:|");
+    if is_of_builders {
+        builders::heading();
+    } else {
+        println!("| clip | triangles | frames | way | trees | SAH mean | worst | rays mean | worst | time |");
+        println!("|---|--:|--:|---|--:|--:|--:|--:|--:|--:|");
+    }
     for model in &models {
         let clip = clip::read(model, frames)?;
-        measure(&clip, rays, &exec)?;
+        if is_of_builders {
+            builders::measure(&clip, rays, each, &exec)?;
+        } else {
+            measure(&clip, rays, &exec)?;
+        }
     }
     Ok(())
 }
