@@ -11,14 +11,12 @@
 
 mod cuts;
 mod drive;
-mod policy;
 mod shape;
 mod survey;
 mod weld;
 
-pub use crate::build::motion::Trees;
+pub use crate::build::motion::{Refit, RefitPolicy, Trees};
 pub use drive::{Incoming, PreparedFrame, Preparer, TOGETHER};
-pub use policy::{Refit, RefitPolicy};
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -166,7 +164,7 @@ impl<'a> SequenceBuilder<'a> {
             meshes.iter_mut().for_each(|mesh| self.cuts.apply(mesh));
             survey.add(meshes);
         }
-        for (topology, shape, trees) in survey.shapes(trees, &self.options, self.exec, self.progress)? {
+        for (topology, shape, trees) in survey.shapes(trees, &self.options, self.policy, self.exec, self.progress)? {
             self.shapes.insert(topology, shape);
             self.surveyed += trees;
         }
@@ -244,26 +242,23 @@ impl<'a> SequenceBuilder<'a> {
             outcome.same += 1;
             return Ok(*pose);
         }
-        let shape = self.shapes.entry(topology).or_default();
-        let pose = match shape.refit(mesh, &self.policy) {
-            Some(fitted) if !fitted.is_dear => {
+        let shape = self.shapes.entry(topology).or_insert_with(|| Shape::new(self.policy));
+        let fitted = match shape.refit(mesh) {
+            Some(fitted) => Ok(fitted),
+            None => {
+                let (tree, _) = compile::decide_tree(mesh, &self.options, self.exec, self.progress)?;
+                shape.judge(mesh, tree)
+            }
+        };
+        let pose = match fitted {
+            Ok(fitted) => {
                 outcome.refitted += 1;
                 outcome.worst_ratio = outcome.worst_ratio.max(fitted.ratio);
                 shape.write_refit(mesh, fitted, &mut self.writer, self.exec)
             }
-            fitted => {
-                let (tree, _) = compile::decide_tree(mesh, &self.options, self.exec, self.progress)?;
-                match fitted.filter(|fitted| shape.is_futile(&tree, fitted, &self.policy)) {
-                    Some(fitted) => {
-                        outcome.refitted += 1;
-                        outcome.worst_ratio = outcome.worst_ratio.max(fitted.ratio);
-                        shape.write_refit(mesh, fitted, &mut self.writer, self.exec)
-                    }
-                    None => {
-                        outcome.built += 1;
-                        shape.write_built(mesh, tree, &mut self.writer, self.exec)
-                    }
-                }
+            Err(built) => {
+                outcome.built += 1;
+                shape.write_built(mesh, built, &mut self.writer, self.exec)
             }
         };
         self.poses.insert(key, pose);

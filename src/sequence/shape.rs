@@ -1,24 +1,18 @@
-use super::policy::RefitPolicy;
-use super::weld::Weld;
+use super::weld::{Weld, clean};
 use crate::build::BuildOptions;
-use crate::build::motion::{Motion, triangle_cost};
+use crate::build::motion::{Cost, Motion, Rebuild, RefitPolicy, Step, Verdict, triangle_cost};
 use crate::cache::{Image, IndexedTriangleRecord, Parts, PoseRecord, SequenceWriter, TriangleRecord};
 use crate::exec::Executor;
 use crate::geom::Point;
 use crate::scene::Mesh;
 use crate::tree::{Node, Tree, quality, refit};
 
-/// Most trees of one mesh that are kept: each is tried for a pose before another one is built.
-const KEPT: usize = 4;
-
 /// The trees that meshes of the same triangles have had so far, or were given beforehand.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Shape {
+    /// As [`Rebuild`] counts them.
     trees: Vec<Keyed>,
-    /// The one that the last pose was fitted by.
-    current: usize,
-    /// The trees were made for the whole animation: each pose takes the best of them.
-    is_surveyed: bool,
+    rule: Rebuild,
 }
 
 /// A tree that may serve other poses than the one that it was built over.
@@ -27,39 +21,6 @@ struct Keyed {
     tree: Tree,
     /// Its vertices and its row in the file, once a pose needed them.
     stored: Option<(Weld, u32)>,
-    /// What it costs in the pose that it was built over; of a tree for many poses the least in those.
-    cost: Cost,
-    /// The largest cost, relative to that, at which building anew was not worth it.
-    borne: f32,
-}
-
-/// What a tree costs in a pose.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Cost {
-    /// The SAH, over the area of the root.
-    pub sah: f32,
-    /// The SAH over what the triangles alone cost.
-    pub excess: f32,
-}
-
-impl Cost {
-    /// Of a refitted tree; `unit` is what the triangles alone cost.
-    pub fn of(nodes: &[Node], unit: f32) -> Cost {
-        let sah = quality::sah(nodes);
-        Cost { sah, excess: sah / unit }
-    }
-
-    /// The smaller of each.
-    pub fn min(self, other: Cost) -> Cost {
-        Cost { sah: self.sah.min(other.sah), excess: self.excess.min(other.excess) }
-    }
-
-    /// How many times another cost it is, by the measure that says more. The SAH alone takes a smaller root for a worse tree, and what is over the triangles'
-    /// cost takes triangles that grew for a better one. What is suspected wrongly is built once and found futile.
-    fn ratio(self, to: Cost) -> f32 {
-        let ratio = |a: f32, b: f32| if b > 0.0 { a / b } else { 1.0 };
-        ratio(self.sah, to.sah).max(ratio(self.excess, to.excess))
-    }
 }
 
 /// A tree refitted to a pose.
@@ -67,57 +28,64 @@ impl Cost {
 pub struct Fitted {
     keyed: usize,
     nodes: Vec<Node>,
-    sah: f32,
     /// Its cost relative to that of the poses that it was made for.
     pub ratio: f32,
-    /// The policy asks for another tree.
-    pub is_dear: bool,
+}
+
+/// A tree that was built for a pose and is worth being stored.
+#[derive(Debug)]
+pub struct Built {
+    tree: Tree,
+    /// The place of the tree that goes for it.
+    gone: Option<usize>,
 }
 
 impl Shape {
+    /// Without a tree.
+    pub fn new(policy: RefitPolicy) -> Shape {
+        Shape::surveyed(policy, [])
+    }
+
     /// Trees for the whole animation, each with the least cost that it has in the poses that it was made for.
-    pub fn surveyed(trees: impl IntoIterator<Item = (Tree, Cost)>) -> Shape {
-        let keyed = |(tree, cost)| Keyed { tree, stored: None, cost, borne: 0.0 };
-        Shape { trees: trees.into_iter().map(keyed).collect(), current: 0, is_surveyed: true }
+    pub fn surveyed(policy: RefitPolicy, trees: impl IntoIterator<Item = (Tree, Cost)>) -> Shape {
+        let (trees, costs): (Vec<Keyed>, Vec<Cost>) =
+            trees.into_iter().map(|(tree, cost)| (Keyed { tree, stored: None }, cost)).unzip();
+        Shape { trees, rule: Rebuild::with(policy, costs) }
     }
 
-    /// The tree that serves a pose best, refitted; `None` where there is none yet.
-    pub fn refit(&self, mesh: &Mesh, policy: &RefitPolicy) -> Option<Fitted> {
+    /// The tree that serves a pose best, refitted; `None` where one is to be [built](Shape::judge).
+    pub fn refit(&mut self, mesh: &Mesh) -> Option<Fitted> {
+        let Shape { trees, rule } = self;
         let unit = unit_of(mesh);
-        let current = self.fit(self.current, mesh, unit, policy)?;
-        if !current.is_dear && !self.is_surveyed {
-            return Some(current);
-        }
-        // A walk comes back to where it was: the trees of then may serve again.
-        let others = (0..self.trees.len()).filter(|i| *i != self.current);
-        let fitted = others.filter_map(|i| self.fit(i, mesh, unit, policy));
-        Some(fitted.fold(current, |best, one| if one.sah < best.sah { one } else { best }))
+        // Two are held at most: the cheapest so far and the one that is asked.
+        let mut cheapest: Option<(usize, f64, Vec<Node>)> = None;
+        let step = rule.step(|place| {
+            let nodes = fit(&trees[place].tree, mesh);
+            let cost = cost_of(&nodes, unit);
+            if cheapest.as_ref().is_none_or(|(_, sah, _)| cost.sah < *sah) {
+                cheapest = Some((place, cost.sah, nodes));
+            }
+            cost
+        });
+        let Step::Refit(keyed, ratio) = step else { return None };
+        let known = cheapest.filter(|(place, ..)| *place == keyed).map(|(_, _, nodes)| nodes);
+        let nodes = known.unwrap_or_else(|| fit(&trees[keyed].tree, mesh));
+        Some(Fitted { keyed, nodes, ratio: ratio as f32 })
     }
 
-    fn fit(&self, number: usize, mesh: &Mesh, unit: f32, policy: &RefitPolicy) -> Option<Fitted> {
-        let keyed = self.trees.get(number)?;
-        let mut nodes = keyed.tree.nodes.clone();
-        let corners = |slot: usize| mesh.corners(keyed.tree.refs[slot] as usize).map(super::weld::clean);
-        refit(&mut nodes, corners);
-        let cost = Cost::of(&nodes, unit);
-        let ratio = cost.ratio(keyed.cost);
-        Some(Fitted { keyed: number, nodes, sah: cost.sah, ratio, is_dear: policy.is_dear(ratio, keyed.borne) })
-    }
-
-    /// Whether a tree that was built for a pose is hardly better than a refitted one. Then that is remembered, so that the next poses do not try again.
-    pub fn is_futile(&mut self, built: &Tree, fitted: &Fitted, policy: &RefitPolicy) -> bool {
-        let futile =
-            policy.refit == super::Refit::Auto && quality::sah(&built.nodes) >= fitted.sah * RefitPolicy::WORTHWHILE;
-        if futile {
-            self.trees[fitted.keyed].borne = fitted.ratio * RefitPolicy::PATIENCE;
+    /// A tree that was built for a pose; or, where it is hardly better than a refitted one, that.
+    pub fn judge(&mut self, mesh: &Mesh, tree: Tree) -> Result<Fitted, Built> {
+        match self.rule.built(cost_of(&tree.nodes, unit_of(mesh))) {
+            Verdict::Kept(gone) => Err(Built { tree, gone }),
+            Verdict::Futile(keyed, ratio) => {
+                Ok(Fitted { keyed, nodes: fit(&self.trees[keyed].tree, mesh), ratio: ratio as f32 })
+            }
         }
-        futile
     }
 
     /// Store a pose whose tree was refitted. Its number.
     pub fn write_refit(&mut self, mesh: &Mesh, fitted: Fitted, writer: &mut SequenceWriter, exec: &Executor) -> u32 {
-        self.current = fitted.keyed;
-        let Keyed { tree, stored, .. } = &mut self.trees[fitted.keyed];
+        let Keyed { tree, stored } = &mut self.trees[fitted.keyed];
         // Vertices that were one and stand apart in this pose are two from here on: the same tree with other corners.
         let known = stored.as_ref().and_then(|(weld, topology)| Some((weld.positions(mesh)?, *topology)));
         let (positions, topology) = known.unwrap_or_else(|| {
@@ -131,18 +99,16 @@ impl Shape {
     }
 
     /// Store a tree that was built for a pose, and the pose. The pose's number.
-    pub fn write_built(&mut self, mesh: &Mesh, tree: Tree, writer: &mut SequenceWriter, exec: &Executor) -> u32 {
+    pub fn write_built(&mut self, mesh: &Mesh, built: Built, writer: &mut SequenceWriter, exec: &Executor) -> u32 {
+        let Built { tree, gone } = built;
         let weld = Weld::new(mesh, &tree.refs);
         let topology = Shape::write_topology(mesh, &tree, &weld, writer, exec);
         let positions: Vec<Point> = weld.positions(mesh).unwrap_or_default();
         let pose = writer.pose(topology, &tree.nodes, &positions, PoseRecord::KEY);
-        let cost = Cost::of(&tree.nodes, unit_of(mesh));
-        if self.trees.len() == KEPT {
-            // The oldest goes. However many are built, memory holds a few.
-            self.trees.remove(0);
+        if let Some(place) = gone {
+            self.trees.remove(place);
         }
-        self.current = self.trees.len();
-        self.trees.push(Keyed { tree, stored: Some((weld, topology)), cost, borne: 0.0 });
+        self.trees.push(Keyed { tree, stored: Some((weld, topology)) });
         pose
     }
 
@@ -161,21 +127,27 @@ impl Shape {
     }
 }
 
-/// What the triangles of a mesh [cost alone](triangle_cost) as it stands, by which the costs of two poses can be compared. 1 where that is nothing.
-fn unit_of(mesh: &Mesh) -> f32 {
+/// The nodes of a tree, refitted to a mesh as it stands.
+fn fit(tree: &Tree, mesh: &Mesh) -> Vec<Node> {
+    let mut nodes = tree.nodes.clone();
+    refit(&mut nodes, |slot| mesh.corners(tree.refs[slot] as usize).map(clean));
+    nodes
+}
+
+/// What a refitted tree costs where the triangles alone cost `unit`.
+pub fn cost_of(nodes: &[Node], unit: f64) -> Cost {
+    Cost::new(quality::sah(nodes).into(), unit)
+}
+
+/// What the triangles of a mesh [cost alone](triangle_cost) as it stands, by which the costs of two poses can be compared.
+fn unit_of(mesh: &Mesh) -> f64 {
     let mut motion = Motion::new(&mesh.triangles);
-    match motion.push(&mesh.positions) {
-        Ok(()) => unit(&motion, 0),
-        Err(_) => 1.0,
-    }
+    motion.push(&mesh.positions).map_or(0.0, |()| unit(&motion, 0))
 }
 
 /// The same of one of several poses.
-pub fn unit(motion: &Motion, pose: usize) -> f32 {
-    match triangle_cost(motion, pose, &BuildOptions::default()) {
-        cost if cost > 0.0 => cost as f32,
-        _ => 1.0,
-    }
+pub fn unit(motion: &Motion, pose: usize) -> f64 {
+    triangle_cost(motion, pose, &BuildOptions::default())
 }
 
 /// What two meshes have in common if one tree can serve both: their triangles, with all that is told of them, but not where they stand.

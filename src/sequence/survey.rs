@@ -1,5 +1,5 @@
-use super::shape::{Cost, Shape, geometry_hash, topology_hash, unit};
-use crate::build::motion::{Motion, Trees, keyed};
+use super::shape::{Shape, cost_of, geometry_hash, topology_hash, unit};
+use crate::build::motion::{Cost, Motion, RefitPolicy, Trees, keyed};
 use crate::build::{BuildError, BuildOptions, Progress};
 use crate::exec::Executor;
 use crate::geom::Point;
@@ -40,6 +40,7 @@ impl Survey {
         self,
         trees: Trees,
         options: &BuildOptions,
+        policy: RefitPolicy,
         exec: &Executor,
         progress: &dyn Progress,
     ) -> Result<Vec<([u8; 32], Shape, u64)>, BuildError> {
@@ -54,15 +55,12 @@ impl Survey {
                 let mut nodes = keyed.trees[*tree].nodes.clone();
                 let refs = &keyed.trees[*tree].refs;
                 crate::tree::refit(&mut nodes, |slot| motion.corners(frame, refs[slot] as usize));
-                let cost = Cost::of(&nodes, unit(&motion, frame));
+                let cost = cost_of(&nodes, unit(&motion, frame));
                 least[*tree] = Some(least[*tree].map_or(cost, |least| least.min(cost)));
             }
             let count = keyed.trees.len() as u64;
-            Ok((
-                topology,
-                Shape::surveyed(keyed.trees.into_iter().zip(least.into_iter().map(Option::unwrap_or_default))),
-                count,
-            ))
+            let least = least.into_iter().map(Option::unwrap_or_default);
+            Ok((topology, Shape::surveyed(policy, keyed.trees.into_iter().zip(least)), count))
         };
         moving.map(shape).collect()
     }

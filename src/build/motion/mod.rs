@@ -11,6 +11,7 @@ mod frames;
 mod keyed;
 mod medoids;
 mod optimise;
+mod policy;
 mod rebuild;
 mod representatives;
 
@@ -19,7 +20,8 @@ pub use frames::{Motion, MotionError};
 pub use keyed::{Keyed, Trees, keyed};
 pub use medoids::{Choice, choose};
 pub use optimise::optimise;
-pub use rebuild::{Policy, Rebuild, Step, key_frames};
+pub use policy::{Refit, RefitPolicy};
+pub use rebuild::{Cost, Rebuild, Schedule, Step, Verdict, schedule};
 pub use representatives::{Pose, representatives};
 
 #[cfg(test)]
