@@ -13,8 +13,7 @@ use crate::cache::report::{Finding, Place};
 use crate::cache::rules::{self, Rule};
 use crate::exec::Executor;
 use crate::layout::{
-    BlasRecord, FrameRecord, GeomRecord, InstanceRecord, Node, SectionEntry, SectionKind, TriangleRecord, View,
-    tree_flags,
+    BlasRecord, FrameRecord, GeomRecord, InstanceRecord, Node, SectionKind, TriangleRecord, View, tree_flags,
 };
 
 /// One frame of a sequence: what a still file of two levels holds.
@@ -297,7 +296,7 @@ impl Frames<'_> {
     pub(in crate::cache) fn content(&self, index: usize, exec: &Executor) -> Result<Decoded<'_>, Fault> {
         let Some(entry) = self.sections().get(index) else { return Ok(Decoded::InFile(&[])) };
         #[cfg(feature = "zstd")]
-        if entry.codec == SectionEntry::DELTA {
+        if entry.codec == crate::layout::SectionEntry::DELTA {
             return self.moved_section(index, exec);
         }
         let stored = self.hashed_bytes(index, exec)?;
