@@ -76,6 +76,8 @@ def documents(tool, scratch):
     yield from run("build", "moves.gltf", "-o", "moves.bvhc", "--clip", "Rise", "--time", "1.5")
     yield from run("build", "moves.gltf", "-o", "clip.bvhc", "--clip", "Rise", "--fps", "2")
     yield from run("stats", "clip.bvhc", "--frames")
+    yield from run("stats", "clip.bvhc", "--frames", "--against-fresh")
+    yield from run("stats", "clip.bvhc", "--frames", "--rays", "0")
     yield from run("verify", "clip.bvhc", "--device", "cpu", "--rays", "1000")
     yield from run("convert", "clip.bvhc", "-o", "first.bvhc", "--frame", "0")
     yield from run("info", "odd.bvhc", "moves.bvhc", "clip.bvhc")

@@ -10,6 +10,7 @@
 //! | `names`, `figures` | foreign names and numbers as text |
 //! | `progress`, `interrupt` | the bar, and what a signal does |
 //! | `depfile` | dependencies for Ninja and Make |
+//! | `drawing` | charts as files |
 //!
 //! Results go to stdout; progress, warnings and errors go to stderr.
 
@@ -18,6 +19,7 @@ mod args;
 mod caches;
 pub mod commands;
 mod depfile;
+mod drawing;
 pub mod exit;
 mod failure;
 mod figures;

@@ -205,6 +205,59 @@ fn every_frame_is_verified_and_measured() {
 }
 
 #[test]
+fn what_rays_cost_in_each_frame_is_told_beside_trees_that_are_built_for_it() {
+    let place = Place::new();
+    waves(&place, 1..7);
+    let frames = |args: &str| {
+        let json = place.ok(&format!("stats wave.bvhc --frames --json {args}")).json();
+        json["files"][0]["frames"].as_array().unwrap().clone()
+    };
+    let all = |frames: &[serde_json::Value], name: &str| frames.iter().map(|f| f[name].clone()).collect::<Vec<_>>();
+
+    // Trees that were built for their frames are built again as they are.
+    for recipe in ["", "--preset balanced", "--method sweep --reinsert 3"] {
+        place.ok(&format!("build in/wave.%03d.obj -o wave.bvhc --refit never --force {recipe}"));
+        let built = frames("--against-fresh");
+        assert_eq!(all(&built, "ray_ratio"), [1.0; 6], "{recipe}");
+        assert_eq!(all(&built, "segment"), [0, 1, 2, 3, 4, 5], "each frame has a tree of its own");
+    }
+
+    place.ok("build in/wave.%03d.obj -o wave.bvhc --trees first --refit always --force");
+    let refitted = frames("--against-fresh");
+    assert_eq!(refitted[0]["ray_ratio"], 1.0);
+    assert!(refitted[5]["ray_ratio"].as_f64().unwrap() > 1.0, "{refitted:?}");
+    assert_eq!(all(&refitted, "segment"), [0; 6]);
+    for frame in &refitted {
+        let [stored, fresh, ratio] =
+            ["ray_cost", "fresh_ray_cost", "ray_ratio"].map(|name| frame[name].as_f64().unwrap());
+        assert!(stored > 1.0 && (stored / fresh - ratio).abs() < 1e-12, "{frame}");
+    }
+    // Fresh trees are built where they are asked for.
+    let plain = frames("");
+    assert_eq!(all(&plain, "ray_cost"), all(&refitted, "ray_cost"));
+    assert!(plain.iter().all(|frame| frame["fresh_ray_cost"].is_null() && frame["ray_ratio"].is_null()));
+    assert!(frames("--rays 0").iter().all(|frame| frame["ray_cost"].is_null()));
+    assert_eq!(
+        place.ok("stats wave.bvhc --frames -j 1 --csv").out,
+        place.ok("stats wave.bvhc --frames -j 2 --csv").out
+    );
+
+    let told = place.ok("stats wave.bvhc --frames --against-fresh --svg wave.svg").out;
+    assert!(told.contains("against fresh") && told.trim_end().ends_with(" at most"), "{told}");
+    assert!(place.read("wave.svg").starts_with(b"<svg"));
+    let csv = place.ok("stats wave.bvhc --frames --csv --against-fresh").out;
+    assert!(csv.starts_with("file,frame,") && csv.contains(",ray_cost,fresh_ray_cost,ray_ratio,bytes"), "{csv}");
+    for (args, told) in [
+        ("stats wave.bvhc --against-fresh", "--frames"),
+        ("stats wave.bvhc --frames --against-fresh --rays 0", "leave out --rays"),
+        ("stats wave.bvhc --frames --svg in/wave.001.obj", "cannot replace"),
+    ] {
+        let said = place.run(args);
+        assert!(said.code == 2 && said.err.contains(told), "{args}: {} {}", said.code, said.err);
+    }
+}
+
+#[test]
 fn trees_for_all_frames_cost_less_than_that_of_the_first() {
     let place = Place::new();
     waves(&place, 0..40);

@@ -9,6 +9,7 @@ use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::table::{Table, csv_line};
 use crate::report::file::{BlasSpread, Extreme, FileReport};
+use crate::report::frames::Measure;
 use crate::report::overlap::{EpoMode, EpoReport};
 use crate::report::stats::TreeReport;
 use clap::Args;
@@ -31,6 +32,15 @@ pub struct StatsArgs {
     /// Of sequences: one row per frame, with what refitting costs and what each frame adds to the file
     #[arg(long, conflicts_with_all = ["epo", "depths"])]
     frames: bool,
+    /// With --frames: rays in each of three sets by which the cost of a ray is counted, from four cameras around each frame; 0 traces none
+    #[arg(long, value_name = "N", default_value_t = 1024, requires = "frames")]
+    rays: u32,
+    /// With --frames: build each frame's trees anew by the recipe in the file, and count what the same rays cost there
+    #[arg(long, requires = "frames")]
+    against_fresh: bool,
+    /// With --frames: draw ray cost and bytes from frame to frame
+    #[arg(long, value_name = "FILE", requires = "frames")]
+    svg: Option<PathBuf>,
     /// How EPO is measured
     #[arg(long, value_name = "HOW", value_enum, default_value = "auto")]
     epo: Epo,
@@ -71,7 +81,8 @@ struct Document<'a> {
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
     if args.frames || args.files.iter().all(|path| caches::is_sequence(path, context)) {
-        return super::frames::run(&args.files, args.csv, context);
+        let measure = Measure { rays: args.rays as usize, fresh: args.against_fresh };
+        return super::frames::run(&args.files, &measure, args.csv, args.svg.as_deref(), context);
     }
     let mut paths = Vec::new();
     let (reports, exit) = caches::each(&args.files, context, |path| {

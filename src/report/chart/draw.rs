@@ -171,7 +171,7 @@ impl Panel {
 
 impl Series {
     fn marker(&self) -> Marker {
-        self.points.first().map_or(Marker::Disc, |p| p.marker)
+        self.points.first().map_or(Marker::Disc, |p| if p.marker == Marker::None { Marker::Disc } else { p.marker })
     }
 }
 
@@ -179,6 +179,7 @@ impl Marker {
     fn draw(self, canvas: &Canvas<'_>, at: [f64; 2], colour: RGBColor) -> Drawn {
         let (middle, radius) = (pixel(at), RADIUS as i32);
         let drawn = match self {
+            Marker::None => Ok(()),
             Marker::Disc => canvas.draw(&Circle::new(middle, radius, colour.filled())),
             Marker::Triangle => canvas.draw(&TriangleMarker::new(middle, radius + 2, colour.filled())),
             Marker::Cross => canvas.draw(&plotters::element::Cross::new(middle, radius, colour.stroke_width(2))),

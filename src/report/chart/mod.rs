@@ -92,6 +92,8 @@ pub enum Marker {
     Square,
     /// Two strokes.
     Cross,
+    /// Nothing: the line of its series is enough.
+    None,
 }
 
 /// Colours told apart by people who see few, and dark enough on white (after Okabe and Ito, "Color Universal Design", 2008).

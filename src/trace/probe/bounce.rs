@@ -1,7 +1,7 @@
 //! What rays hit, and the rays that go on from there.
 
 use super::Camera;
-use crate::cache::View;
+use super::world::World;
 use crate::geom::Ray;
 use crate::geom::vector::{cross, dot, sub};
 use crate::random::Random;
@@ -23,23 +23,15 @@ pub(super) struct Struck {
 
 /// What the ray hits first, if that has a normal. Rays are made for trees that were built or checked: in any other, what is malformed is
 /// no surface to start from.
-pub(super) fn strike(view: &View<'_>, ray: &Ray) -> Option<Struck> {
-    let hit = closest_hit(view, ray).ok()??;
-    let [a, b, c] = view.triangles[hit.triangle].corners().map(|p| p.map(f64::from));
+pub(super) fn strike(world: &World<'_>, ray: &Ray) -> Option<Struck> {
+    let hit = closest_hit(world.view, ray).ok()??;
+    let [a, b, c] = world.corners(&hit);
     let n = cross(sub(b, a), sub(c, a));
     let d = ray.direction.map(f64::from);
     let length = dot(n, n).sqrt();
     let facing = if dot(n, d) > 0.0 { -length } else { length };
     let point = [0, 1, 2].map(|k| f64::from(ray.origin[k]) + f64::from(hit.t) * d[k]);
     (length > 0.0).then(|| Struck { t: hit.t, point, normal: n.map(|v| v / facing) })
-}
-
-/// Of the box around everything.
-pub(super) fn diagonal(view: &View<'_>) -> f64 {
-    view.nodes.first().map_or(1.0, |root| {
-        let extent = sub(root.max.map(f64::from), root.min.map(f64::from));
-        dot(extent, extent).sqrt()
-    })
 }
 
 /// About `count` rays (the next lower square from each camera).

@@ -1,10 +1,10 @@
 //! Views of a scene for which nobody chose one.
 
-use crate::cache::{TriangleRecord, View};
+use super::world::World;
+use crate::cache::View;
 use crate::geom::vector::{dot, sub};
 use crate::geom::{Aabb, Ray};
 use crate::trace::any_hit;
-use crate::tree::Node;
 
 /// Where the camera rays come from: a pinhole that sees `tan_half` to each side of its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A camera for a one-level scene that nobody chose one for, with y up: where the middle is walled in it stands inside and looks along the longer
+    /// A camera for a scene that nobody chose one for, with y up: where the middle is walled in it stands inside and looks along the longer
     /// horizontal side, elsewhere it looks at the middle from outside. Where nearly all triangles crowd in a small part of the scene, as a
     /// teapot in a stadium, it frames that part.
     pub fn automatic(view: &View<'_>) -> Camera {
@@ -79,12 +79,12 @@ const CROWDED: f64 = 0.125;
 
 /// The box of the scene, or of what nearly all of its triangles are in, with a quarter of it around, if that is much smaller.
 fn subject(view: &View<'_>) -> Aabb {
-    let Some(whole) = view.nodes.first().map(Node::bounds) else { return Aabb { min: [0.0; 3], max: [1.0; 3] } };
-    let asked = asked(view);
+    let world = World::new(view);
+    let Some(whole) = world.bounds() else { return Aabb { min: [0.0; 3], max: [1.0; 3] } };
+    let asked = world.centres(ASKED);
     let mut core = whole;
     for axis in 0..3 {
-        let centre = |t: &&TriangleRecord| t.corners().map(|p| p[axis] / 3.0).iter().sum::<f32>();
-        let mut centres: Vec<f32> = asked.iter().map(centre).collect();
+        let mut centres: Vec<f32> = asked.iter().map(|p| p[axis]).collect();
         centres.sort_unstable_by(f32::total_cmp);
         let trimmed = (centres.len() as f64 * TRIMMED) as usize;
         if let (Some(low), Some(high)) = (centres.get(trimmed), centres.iter().rev().nth(trimmed)) {
@@ -97,17 +97,6 @@ fn subject(view: &View<'_>) -> Aabb {
         dot(extent, extent).sqrt()
     };
     if diagonal(&core) < CROWDED * diagonal(&whole) { core } else { whole }
-}
-
-/// About so many triangles of the source, each once: the same ones whatever the tree.
-fn asked<'a>(view: &View<'a>) -> Vec<&'a TriangleRecord> {
-    let all: usize = view.blases.iter().map(|blas| blas.prim_count as usize).sum();
-    let step = all.div_ceil(ASKED).max(1);
-    let mut asked: Vec<&TriangleRecord> =
-        view.triangles.iter().filter(|t| (t.prim as usize).is_multiple_of(step)).collect();
-    asked.sort_unstable_by_key(|t| (t.geom, t.prim));
-    asked.dedup_by_key(|t| (t.geom, t.prim));
-    asked
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Rays between any two places of a scene that see each other: what a tree meets whatever the view.
 
-use super::bounce::{Struck, bounces, camera_rays, diagonal, strike, toward_occluders};
+use super::bounce::{Struck, bounces, camera_rays, strike, toward_occluders};
+use super::world::World;
 use super::{CHUNK, Camera};
 use crate::cache::View;
 use crate::exec::Executor;
@@ -20,11 +21,12 @@ const FARTHEST_EYE: f64 = 0.5;
 /// occlusion from there. A ray ends at its closest hit, also where any would do, so it meets the boxes that a traversal which went
 /// straight to its hit would look into. Nothing depends on the tree of `view`. Empty where the cameras see nothing.
 pub fn everywhere(view: &View<'_>, count: usize, exec: &Executor) -> Vec<Ray> {
-    let diagonal = diagonal(view);
+    let world = &World::new(view);
+    let diagonal = world.diagonal();
     let mut random = Random::new(11);
     let few = count.div_ceil(EYES);
-    let (_, seen) = cut_off(view, camera_rays(&Camera::around(view), few), exec);
-    let (light, _) = cut_off(view, bounces(&seen, few, diagonal, &mut random), exec);
+    let (_, seen) = cut_off(world, camera_rays(&Camera::around(view), few), exec);
+    let (light, _) = cut_off(world, bounces(&seen, few, diagonal, &mut random), exec);
 
     let eyes = light.iter().cycle().take(if light.is_empty() { 0 } else { count }).map(|ray| {
         let d = ray.direction.map(f64::from);
@@ -32,20 +34,20 @@ pub fn everywhere(view: &View<'_>, count: usize, exec: &Executor) -> Vec<Ray> {
         let eye = [0, 1, 2].map(|k| (f64::from(ray.origin[k]) + reach * d[k]) as f32);
         Ray::new(eye, random.direction().map(|c| c as f32))
     });
-    let (primary, seen) = cut_off(view, eyes.collect(), exec);
-    let (diffuse, _) = cut_off(view, bounces(&seen, count, diagonal, &mut random), exec);
+    let (primary, seen) = cut_off(world, eyes.collect(), exec);
+    let (diffuse, _) = cut_off(world, bounces(&seen, count, diagonal, &mut random), exec);
     let occlusion = bounces(&seen, count, diagonal, &mut random);
     let occlusion = occlusion.into_iter().map(|ray| toward_occluders(ray, diagonal)).collect();
-    let (occlusion, _) = cut_off(view, occlusion, exec);
+    let (occlusion, _) = cut_off(world, occlusion, exec);
     [primary, diffuse, occlusion].concat()
 }
 
 /// The rays up to what they hit, and what that is.
-fn cut_off(view: &View<'_>, mut rays: Vec<Ray>, exec: &Executor) -> (Vec<Ray>, Vec<Struck>) {
+fn cut_off(world: &World<'_>, mut rays: Vec<Ray>, exec: &Executor) -> (Vec<Ray>, Vec<Struck>) {
     let struck = exec.map_chunks_mut(&mut rays, CHUNK, |_, chunk| {
         let mut struck = Vec::new();
         for ray in chunk {
-            if let Some(surface) = strike(view, ray) {
+            if let Some(surface) = strike(world, ray) {
                 ray.t_max = surface.t;
                 struck.push(surface);
             }

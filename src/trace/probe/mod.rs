@@ -9,11 +9,13 @@
 mod bounce;
 mod camera;
 mod everywhere;
+mod world;
 
 pub use camera::Camera;
 pub use everywhere::everywhere;
 
-use self::bounce::{Struck, bounces, camera_rays, diagonal, strike, toward_occluders};
+use self::bounce::{Struck, bounces, camera_rays, strike, toward_occluders};
+use self::world::World;
 use super::{Counters, any_hit, closest_hit, try_any_hit, try_closest_hit};
 use crate::cache::View;
 use crate::exec::Executor;
@@ -62,8 +64,9 @@ impl ProbeRays {
     /// [`ProbeRays::new`] from several cameras, which share the rays.
     pub fn around(view: &View<'_>, cameras: &[Camera], count: usize) -> ProbeRays {
         let primary = camera_rays(cameras, count);
-        let diagonal = diagonal(view);
-        let seen: Vec<Struck> = primary.iter().filter_map(|ray| strike(view, ray)).collect();
+        let world = World::new(view);
+        let diagonal = world.diagonal();
+        let seen: Vec<Struck> = primary.iter().filter_map(|ray| strike(&world, ray)).collect();
         let mut random = Random::new(7);
         let diffuse = bounces(&seen, primary.len(), diagonal, &mut random);
         let occlusion = bounces(&seen, primary.len(), diagonal, &mut random);

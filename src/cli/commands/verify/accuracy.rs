@@ -4,6 +4,7 @@ use super::VerifyArgs;
 use super::file::{Held, scene_for};
 use crate::cli::Context;
 use crate::cli::caches;
+use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
@@ -59,7 +60,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         context.terminal.print(&text(&format!("{} files together", reports.len()), all))?;
     }
     if let (Some(path), Some(report)) = (&args.svg, all.as_ref().or(reports.first())) {
-        draw(path, &subject, report)?;
+        drawing::draw(path, &chart(&subject, report))?;
     }
     let ours_is_right = reports.iter().all(|r| r.ours().fair.wrong() + r.ours().hard.wrong() == 0);
     Ok(if exit == Exit::Success && !ours_is_right { Exit::Negative } else { exit })
@@ -80,13 +81,6 @@ fn one(path: &Path, args: &VerifyArgs, how: &Measure, context: &Context) -> Resu
             failure.help(format!("bvhc check {}", names::path(path)))
         }
         AccuracyError::Cancelled => Failure::interrupted(),
-    })
-}
-
-fn draw(path: &Path, subject: &str, report: &Report) -> Result<(), Failure> {
-    let svg = chart(subject, report).svg().map_err(|e| Failure::from_message(Exit::Internal, &e.to_string()))?;
-    std::fs::write(path, svg).map_err(|e| {
-        Failure::new(Exit::Io, format!("cannot write the chart {}", names::path(path))).fact(e.to_string())
     })
 }
 

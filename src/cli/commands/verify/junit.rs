@@ -7,7 +7,6 @@ use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::trace::rays::RaySet;
 use crate::verify::{Counts, DeviceOutcome, Placed, set_name, write_ray};
-use std::io::Read;
 use std::path::Path;
 use std::time::Duration;
 
@@ -87,20 +86,6 @@ fn trouble(device: &DeviceOutcome, set: RaySet, counts: &Counts) -> Trouble {
         }
     }
     Trouble { element: "failure", kind: "mismatch".to_string(), message, detail }
-}
-
-/// Refuse to write over a file that is neither empty nor a report or chart of before: it may be somebody's only copy of a model.
-pub fn may_replace(path: &Path) -> Result<(), Failure> {
-    let mut start = [0; 1];
-    let read = |start: &mut [u8; 1]| std::fs::File::open(path)?.read_exact(start);
-    match path.metadata() {
-        Ok(metadata) if metadata.is_file() && metadata.len() > 0 && !(read(&mut start).is_ok() && start == *b"<") => {
-            Err(Failure::new(Exit::Usage, format!("cannot replace {}", names::path(path)))
-                .fact("it is no XML, and only reports and charts are written over")
-                .help("name another file, or remove this one"))
-        }
-        _ => Ok(()),
-    }
 }
 
 pub fn write(path: &Path, suites: &[Suite]) -> Result<(), Failure> {

@@ -14,6 +14,7 @@ mod text;
 use super::build::Numbers;
 use crate::cli::Context;
 use crate::cli::caches::{self, SourceReading};
+use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
@@ -151,7 +152,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     if args.list_devices {
         return devices::list(context);
     }
-    args.junit.iter().chain(&args.svg).try_for_each(|path| junit::may_replace(path))?;
+    args.junit.iter().chain(&args.svg).try_for_each(|path| drawing::may_replace(path))?;
     if args.accuracy {
         return accuracy::run(args, context);
     }
