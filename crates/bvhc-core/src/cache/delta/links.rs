@@ -1,8 +1,9 @@
 //! The shape of a tree, once for all poses of its topology: `first` and `count` of its nodes in five planes of a byte for each node, four for
 //! `first` less what was expected, lowest byte first, and one for `count`.
 
-use crate::geom::{Aabb, Point};
+use crate::geom::Point;
 use crate::layout::{IndexedTriangleRecord, Node};
+use crate::refit::refit;
 
 /// `first` and `count` of a node.
 pub type Link = [u32; 2];
@@ -78,36 +79,19 @@ pub fn fit(
     vertices: &[Point],
     out: &mut [Node],
 ) -> Result<(), String> {
-    for (i, [first, count]) in links.iter().copied().enumerate().rev() {
-        let start = first as usize;
-        let bounds = if i == 1 {
-            Aabb { min: [0.0; 3], max: [0.0; 3] }
-        } else if count > 0 {
-            let slots = triangles.get(start..start.saturating_add(count as usize));
-            let slots = slots.ok_or_else(|| format!("leaf {i} has references beyond {}", triangles.len()))?;
-            let mut bounds = Aabb::EMPTY;
-            for corner in slots.iter().flat_map(|triangle| triangle.corners) {
-                let at = vertices.get(corner as usize);
-                bounds =
-                    bounds.grow(*at.ok_or_else(|| format!("corner {corner} is beyond {} vertices", vertices.len()))?);
-            }
-            bounds
-        } else {
-            // Children lie behind their parents, so they have been fitted.
-            match out.get(start..) {
-                Some([a, b, ..]) if start > i => a.bounds().union(b.bounds()),
-                _ => return Err(format!("node {i} has children at {first}, and there are {} nodes", out.len())),
-            }
-        };
-        let Some(node) = out.get_mut(i) else { return Err(format!("there is no room for node {i}")) };
-        *node = Node { min: bounds.min, first, max: bounds.max, count };
+    if out.len() != links.len() {
+        return Err(format!("there is room for {} of {} nodes", out.len(), links.len()));
     }
-    Ok(())
+    for (node, [first, count]) in out.iter_mut().zip(links) {
+        *node = Node { min: [0.0; 3], first: *first, max: [0.0; 3], count: *count };
+    }
+    refit(out, triangles, vertices).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Aabb;
     use bytemuck::Zeroable;
 
     fn tree() -> (Vec<Node>, Vec<IndexedTriangleRecord>, Vec<Point>) {
