@@ -2,7 +2,7 @@
 
 use super::bounds::Bounds;
 use super::precision::Loss;
-use super::{Mesh, ReadOptions};
+use super::{Mesh, ReadOptions, VertexBits};
 
 /// Put the positions of every mesh on a grid of at most `bits` bits an axis, as [`ReadOptions::vertex_bits`] asks. What the mesh that loses most loses;
 /// `None` where it was not asked for.
@@ -35,41 +35,6 @@ fn snap_one(mesh: &mut Mesh, bits: VertexBits) -> Loss {
     mesh.remainders = Vec::new();
     let stored = |v: u32| mesh.positions[v as usize].map(f64::from);
     Loss::of(&mesh.triangles, Loss::SAMPLE, |v| exact[v as usize], stored)
-}
-
-/// Bits of a coordinate on a grid: 8 to 24.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct VertexBits(u8);
-
-impl VertexBits {
-    /// From 8 to 24. More is what a number of 32 bits has.
-    pub fn new(bits: u8) -> Option<VertexBits> {
-        (8..=24).contains(&bits).then_some(VertexBits(bits))
-    }
-
-    /// The number.
-    pub fn get(self) -> u8 {
-        self.0
-    }
-
-    /// The largest number of so many bits.
-    fn largest(self) -> u32 {
-        (1 << self.0) - 1
-    }
-}
-
-impl std::str::FromStr for VertexBits {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<VertexBits, String> {
-        text.parse().ok().and_then(VertexBits::new).ok_or_else(|| "a number from 8 to 24 is needed".to_owned())
-    }
-}
-
-impl std::fmt::Display for VertexBits {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.0.fmt(f)
-    }
 }
 
 #[cfg(test)]
@@ -111,12 +76,5 @@ mod tests {
         let (snapped, _) = on(8, &[[0.0; 3], [1.0, 0.3, 0.0], [f32::NAN, 0.0, 0.0], [0.0, f32::INFINITY, 0.501]]);
         assert!(snapped[2][0].is_nan() && snapped[3][1] == f32::INFINITY);
         assert_eq!(snapped[1], [1.0, 0.296875, 0.0]);
-    }
-
-    #[test]
-    fn bits_are_bounded() {
-        assert!([7, 25].map(VertexBits::new).iter().all(Option::is_none));
-        assert_eq!("16".parse::<VertexBits>().unwrap().get(), 16);
-        assert!(["", "x", "-8", "300"].iter().all(|text| text.parse::<VertexBits>().is_err()));
     }
 }

@@ -32,8 +32,7 @@ pub(crate) use collinear::is_collinear;
 pub use error::{ErrorKind, SceneError};
 #[cfg(any(feature = "cli", test))]
 pub(crate) use gltf::{EXTENSIONS as GLTF_EXTENSIONS, Treatment};
-pub use grid::VertexBits;
-pub use options::{Degenerate, Format, ReadOptions};
+pub use options::{Degenerate, Format, ReadOptions, VertexBits};
 pub use precision::Loss;
 pub(crate) use precision::local_origin;
 pub(crate) use precision::shortest_edges;

@@ -1,5 +1,4 @@
 use super::animation::Moment;
-use super::grid::VertexBits;
 use std::path::Path;
 
 /// What happens to triangles without area. Triangles with NaN or infinite positions have no box and cannot stay: they are
@@ -24,6 +23,41 @@ impl Degenerate {
             Degenerate::Drop => "drop",
             Degenerate::Error => "error",
         }
+    }
+}
+
+/// Bits of a coordinate on a grid: 8 to 24.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VertexBits(u8);
+
+impl VertexBits {
+    /// From 8 to 24. More is what a number of 32 bits has.
+    pub fn new(bits: u8) -> Option<VertexBits> {
+        (8..=24).contains(&bits).then_some(VertexBits(bits))
+    }
+
+    /// The number.
+    pub fn get(self) -> u8 {
+        self.0
+    }
+
+    /// The largest number of so many bits.
+    pub(super) fn largest(self) -> u32 {
+        (1 << self.0) - 1
+    }
+}
+
+impl std::str::FromStr for VertexBits {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<VertexBits, String> {
+        text.parse().ok().and_then(VertexBits::new).ok_or_else(|| "a number from 8 to 24 is needed".to_owned())
+    }
+}
+
+impl std::fmt::Display for VertexBits {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.fmt(f)
     }
 }
 
@@ -126,5 +160,17 @@ pub(super) fn without_padding(bytes: &[u8]) -> &[u8] {
     match bytes[end..].contains(&0) || bytes[end..].contains(&0x1a) {
         true => &bytes[..end],
         false => bytes,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_are_bounded() {
+        assert!([7, 25].map(VertexBits::new).iter().all(Option::is_none));
+        assert_eq!("16".parse::<VertexBits>().unwrap().get(), 16);
+        assert!(["", "x", "-8", "300"].iter().all(|text| text.parse::<VertexBits>().is_err()));
     }
 }
