@@ -93,7 +93,7 @@ pub mod verify;
 pub mod cli;
 
 pub use builder::{Build, Built};
-pub use bvhc_core::{exec, geom, layout, random, simd, size};
+pub use bvhc_core::{exec, geom, layout, random, refit, simd, size};
 pub use cache::{Cache, Opened, Sequence};
 pub use geom::Ray;
 pub use trace::Hit;

@@ -56,7 +56,7 @@ fn family(name: &'static str) -> Option<Family> {
 }
 
 /// Compile a worker's package; `None`, with the reason on stderr, where that fails.
-fn build(package: &str, target: &str, features: &[&str]) -> Option<PathBuf> {
+pub fn build(package: &str, target: &str, features: &[&str]) -> Option<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = root.join("target").join(target);
     let mut cargo = Command::new(env!("CARGO"));
@@ -72,7 +72,7 @@ fn build(package: &str, target: &str, features: &[&str]) -> Option<PathBuf> {
 }
 
 /// Embree 4's shared library: what `BVHC_EMBREE` names, or that of the Python package `embreex`, or one that the system's loader finds.
-fn embree_library() -> Option<PathBuf> {
+pub fn embree_library() -> Option<PathBuf> {
     if let Some(path) = std::env::var_os("BVHC_EMBREE") {
         let path = PathBuf::from(path);
         if path.is_file() {

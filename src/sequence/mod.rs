@@ -227,11 +227,11 @@ impl<'a> SequenceBuilder<'a> {
             return Ok(*pose);
         }
         let shape = self.shapes.entry(topology).or_insert_with(|| Shape::new(self.policy));
-        let fitted = match shape.refit(mesh) {
+        let fitted = match shape.refit(mesh, self.exec) {
             Some(fitted) => Ok(fitted),
             None => {
                 let (tree, _) = compile::decide_tree(mesh, &self.options, self.exec, self.progress)?;
-                shape.judge(mesh, tree)
+                shape.judge(mesh, tree, self.exec)
             }
         };
         let pose = match fitted {

@@ -5,7 +5,7 @@ use crate::cache::{Image, IndexedTriangleRecord, Parts, PoseRecord, SequenceWrit
 use crate::exec::Executor;
 use crate::geom::Point;
 use crate::scene::Mesh;
-use crate::tree::{Node, Tree, quality, refit};
+use crate::tree::{Node, Tree, quality, refit_on};
 
 /// The trees that meshes of the same triangles have had so far, or were given beforehand.
 #[derive(Debug)]
@@ -54,13 +54,13 @@ impl Shape {
     }
 
     /// The tree that serves a pose best, refitted; `None` where one is to be [built](Shape::judge).
-    pub fn refit(&mut self, mesh: &Mesh) -> Option<Fitted> {
+    pub fn refit(&mut self, mesh: &Mesh, exec: &Executor) -> Option<Fitted> {
         let Shape { trees, rule } = self;
         let unit = unit_of(mesh);
         // Two are held at most: the cheapest so far and the one that is asked.
         let mut cheapest: Option<(usize, f64, Vec<Node>)> = None;
         let step = rule.step(|place| {
-            let nodes = fit(&trees[place].tree, mesh);
+            let nodes = fit(&trees[place].tree, mesh, exec);
             let cost = cost_of(&nodes, unit);
             if cheapest.as_ref().is_none_or(|(_, sah, _)| cost.sah < *sah) {
                 cheapest = Some((place, cost.sah, nodes));
@@ -69,16 +69,16 @@ impl Shape {
         });
         let Step::Refit(keyed, ratio) = step else { return None };
         let known = cheapest.filter(|(place, ..)| *place == keyed).map(|(_, _, nodes)| nodes);
-        let nodes = known.unwrap_or_else(|| fit(&trees[keyed].tree, mesh));
+        let nodes = known.unwrap_or_else(|| fit(&trees[keyed].tree, mesh, exec));
         Some(Fitted { keyed, nodes, ratio: ratio as f32 })
     }
 
     /// A tree that was built for a pose; or, where it is hardly better than a refitted one, that.
-    pub fn judge(&mut self, mesh: &Mesh, tree: Tree) -> Result<Fitted, Built> {
+    pub fn judge(&mut self, mesh: &Mesh, tree: Tree, exec: &Executor) -> Result<Fitted, Built> {
         match self.rule.built(cost_of(&tree.nodes, unit_of(mesh))) {
             Verdict::Kept(gone) => Err(Built { tree, gone }),
             Verdict::Futile(keyed, ratio) => {
-                Ok(Fitted { keyed, nodes: fit(&self.trees[keyed].tree, mesh), ratio: ratio as f32 })
+                Ok(Fitted { keyed, nodes: fit(&self.trees[keyed].tree, mesh, exec), ratio: ratio as f32 })
             }
         }
     }
@@ -128,9 +128,9 @@ impl Shape {
 }
 
 /// The nodes of a tree, refitted to a mesh as it stands.
-fn fit(tree: &Tree, mesh: &Mesh) -> Vec<Node> {
+fn fit(tree: &Tree, mesh: &Mesh, exec: &Executor) -> Vec<Node> {
     let mut nodes = tree.nodes.clone();
-    refit(&mut nodes, |slot| mesh.corners(tree.refs[slot] as usize).map(clean));
+    refit_on(&mut nodes, |slot| mesh.corners(tree.refs[slot] as usize).map(clean), exec);
     nodes
 }
 

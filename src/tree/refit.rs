@@ -1,26 +1,28 @@
-use crate::geom::{Aabb, Point};
+use crate::exec::Executor;
+use crate::geom::Point;
 
 use super::Node;
 
 /// Fit the boxes of a tree to its triangles where they stand now, bottom-up, and leave everything else of it as it is.
 ///
 /// `corners` gives the corners of what stands in each slot of the leaf order. Each leaf gets the smallest box around the whole of its
-/// triangles, also where a spatial split had cut it smaller, and each inner node the union of its children's. Children stand behind their parents,
-/// so one pass from the last record to the first suffices, without recursion. A tree that was built over these very corners without spatial splits is
-/// not changed by one bit.
+/// triangles, also where a spatial split had cut it smaller, and each inner node the union of its children's. A tree that was built over these very corners
+/// without spatial splits is not changed by one bit.  For records of a file there is
+/// [`refit`](mod@crate::refit).
 ///
-/// The nodes must be those of a [`Tree`](super::Tree): even in number, children behind their parents and within the slice.
-pub fn refit(nodes: &mut [Node], corners: impl Fn(usize) -> [Point; 3]) {
-    for i in (0..nodes.len()).rev().filter(|i| *i != 1) {
-        let node = nodes[i];
-        let first = node.first as usize;
-        let bounds = if node.is_leaf() {
-            (first..first + node.count as usize).fold(Aabb::EMPTY, |b, slot| b.union(Aabb::from_points(&corners(slot))))
-        } else {
-            nodes[first].bounds().union(nodes[first + 1].bounds())
-        };
-        (nodes[i].min, nodes[i].max) = (bounds.min, bounds.max);
-    }
+/// # Panics
+/// Where the nodes are none of a [`Tree`](super::Tree): children behind their parents and within the slice.
+pub fn refit(nodes: &mut [Node], corners: impl Fn(usize) -> [Point; 3] + Sync) {
+    refit_on(nodes, corners, &Executor::sequential());
+}
+
+/// [`refit`] with the threads of `exec`: the same boxes.
+///
+/// # Panics
+/// As [`refit`].
+pub fn refit_on(nodes: &mut [Node], corners: impl Fn(usize) -> [Point; 3] + Sync, exec: &Executor) {
+    bvhc_core::refit::refit_by(nodes, usize::MAX, corners, exec)
+        .expect("children of a tree stand behind their parents");
 }
 
 #[cfg(test)]
@@ -28,7 +30,7 @@ mod tests {
     use super::*;
     use crate::build::{BuildOptions, NoProgress};
     use crate::compile::build_tree;
-    use crate::exec::Executor;
+    use crate::geom::Aabb;
     use crate::scene::Mesh;
 
     /// A wavy sheet at a time.

@@ -1,10 +1,12 @@
-//! The part of Embree 4's public builder interface (`rtcore_builder.h`) that the worker calls, declared by hand.
+//! The parts of Embree 4's public interface that the worker calls, of building (`rtcore_builder.h`) and of scenes, declared by hand.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
 pub type Device = *mut c_void;
 pub type Bvh = *mut c_void;
 pub type Allocator = *mut c_void;
+pub type Scene = *mut c_void;
+pub type Geometry = *mut c_void;
 
 pub const QUALITY_LOW: c_int = 0;
 pub const QUALITY_MEDIUM: c_int = 1;
@@ -87,6 +89,46 @@ impl Library {
                 build: *library.get(b"rtcBuildBVH\0")?,
                 release_bvh: *library.get(b"rtcReleaseBVH\0")?,
                 allocate: *library.get(b"rtcThreadLocalAlloc\0")?,
+            };
+            std::mem::forget(library);
+            Ok(functions)
+        }
+    }
+}
+
+/// The functions for scenes.
+#[derive(Clone, Copy)]
+pub struct SceneLibrary {
+    pub new_scene: unsafe extern "C" fn(Device) -> Scene,
+    pub set_scene_flags: unsafe extern "C" fn(Scene, c_int),
+    pub set_scene_quality: unsafe extern "C" fn(Scene, c_int),
+    pub new_geometry: unsafe extern "C" fn(Device, c_int) -> Geometry,
+    pub set_geometry_quality: unsafe extern "C" fn(Geometry, c_int),
+    pub new_buffer: unsafe extern "C" fn(Geometry, c_int, c_uint, c_int, usize, usize) -> *mut c_void,
+    pub update_buffer: unsafe extern "C" fn(Geometry, c_int, c_uint),
+    pub commit_geometry: unsafe extern "C" fn(Geometry),
+    pub attach: unsafe extern "C" fn(Scene, Geometry) -> c_uint,
+    pub commit_scene: unsafe extern "C" fn(Scene),
+    pub scene_bounds: unsafe extern "C" fn(Scene, *mut Bounds),
+}
+
+impl SceneLibrary {
+    pub fn load(path: &str) -> Result<SceneLibrary, libloading::Error> {
+        // SAFETY: as for the functions above.
+        unsafe {
+            let library = libloading::Library::new(path)?;
+            let functions = SceneLibrary {
+                new_scene: *library.get(b"rtcNewScene\0")?,
+                set_scene_flags: *library.get(b"rtcSetSceneFlags\0")?,
+                set_scene_quality: *library.get(b"rtcSetSceneBuildQuality\0")?,
+                new_geometry: *library.get(b"rtcNewGeometry\0")?,
+                set_geometry_quality: *library.get(b"rtcSetGeometryBuildQuality\0")?,
+                new_buffer: *library.get(b"rtcSetNewGeometryBuffer\0")?,
+                update_buffer: *library.get(b"rtcUpdateGeometryBuffer\0")?,
+                commit_geometry: *library.get(b"rtcCommitGeometry\0")?,
+                attach: *library.get(b"rtcAttachGeometry\0")?,
+                commit_scene: *library.get(b"rtcCommitScene\0")?,
+                scene_bounds: *library.get(b"rtcGetSceneBounds\0")?,
             };
             std::mem::forget(library);
             Ok(functions)

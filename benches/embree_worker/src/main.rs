@@ -7,11 +7,14 @@
 //!
 //! The time is that of `rtcBuildBVH` alone; primitive boxes are filled before it and nodes are renumbered after it, outside of the
 //! clock, and its nodes come from Embree's own per-thread allocator.
+//!
+//! `embree_worker LIBRARY THREADS refit` refits instead: see `refit`.
 
 mod api;
+mod refit;
 mod tree;
 
-use api::{BuildArguments, Library, Primitive, QUALITY_HIGH, QUALITY_LOW, QUALITY_MEDIUM};
+use api::{BuildArguments, Library, Primitive, QUALITY_HIGH, QUALITY_LOW, QUALITY_MEDIUM, SceneLibrary};
 use std::ffi::{CString, c_void};
 use std::io::{Error, Read, Result, Write, stdin, stdout};
 use std::time::Instant;
@@ -37,6 +40,10 @@ fn main() -> Result<()> {
     }
 
     let (mut input, mut output) = (stdin().lock(), stdout().lock());
+    if args.next().is_some_and(|mode| mode == "refit") {
+        let library = SceneLibrary::load(&path).map_err(Error::other)?;
+        return refit::serve(&library, device, &mut input, &mut output);
+    }
     let mut count = [0; 4];
     input.read_exact(&mut count)?;
     let mut triangles = vec![[[0f32; 3]; 3]; u32::from_ne_bytes(count) as usize];

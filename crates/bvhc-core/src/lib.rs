@@ -28,7 +28,7 @@
 //!
 //! # Rooms
 //!
-//! Each imports only from those before it: [`exec`], [`random`] and [`size`], [`simd`], [`geom`], [`layout`], [`quality`], [`cache`], [`trace`].
+//! Each imports only from those before it: [`exec`], [`random`] and [`size`], [`simd`], [`geom`], [`layout`], [`refit`](mod@refit), [`quality`], [`cache`], [`trace`].
 
 #![warn(missing_docs)]
 
@@ -39,6 +39,7 @@ pub mod layout;
 mod pod;
 pub mod quality;
 pub mod random;
+pub mod refit;
 pub mod simd;
 pub mod size;
 pub mod trace;
