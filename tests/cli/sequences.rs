@@ -57,6 +57,7 @@ fn the_frames_of_a_pattern_become_one_file() {
 
     let json = place.ok("build in/wave.%03d.obj -o wave.bvhc --trees first --force --json").json();
     assert_eq!(json["results"][0]["built"]["duplication"], 0.0, "parts of triangles cannot follow");
+    assert!(json["results"][0]["built"]["sah"].is_null(), "each frame has its own");
     let frames = json["results"][0]["built"]["sequence"]["frames"].as_array().unwrap();
     assert_eq!(frames.iter().map(|f| f["number"].as_i64().unwrap()).collect::<Vec<_>>(), [1, 2, 3, 4, 5]);
     assert!(frames[1]["worst_ratio"].as_f64().unwrap() > 0.9);
@@ -165,6 +166,8 @@ fn every_frame_is_verified_and_measured() {
     place.ok("build in/wave.%03d.obj -o wave.bvhc --trees 1");
     let all = place.ok("verify wave.bvhc --device cpu --rays 2000").out;
     assert_eq!(all.matches(": right").count(), 4, "{all}");
+    let sum = all.lines().last().unwrap();
+    assert!(sum.starts_with("wave.bvhc: 4 of 4 frames right; ") && sum.ends_with(", 0 mismatches"), "{sum}");
     assert!(all.contains("wave.bvhc frame 4: right"), "{all}");
     let some = place.ok("verify wave.bvhc --device cpu --rays 2000 --frame 2,4 --json --junit v.xml").json();
     let frames = some["files"].as_array().unwrap();
@@ -315,4 +318,28 @@ fn a_compact_file_is_the_same_and_a_grid_is_told() {
     let told = place.ok("build thin.obj -o thin.bvhc --vertex-bits 8");
     assert!(told.err.contains("the grid move its corners") && told.err.contains("more --vertex-bits"), "{}", told.err);
     assert!(place.run("build thin.obj -o thin.bvhc --vertex-bits 30").err.contains("a number from 8 to 24"));
+}
+
+#[test]
+fn flags_that_a_file_does_not_read_are_refused() {
+    let place = Place::new();
+    waves(&place, 1..3);
+    place.ok("build in/wave.%03d.obj -o wave.bvhc");
+    for (args, told) in [
+        ("build in/wave.001.obj -o still.bvhc --trees 1", "--trees is about the trees of a sequence"),
+        ("build in/wave.001.obj -o still.bvhc --refit never -n", "--refit is about the trees of a sequence"),
+        ("build in/wave.%03d.obj -o w%03d.bvhc --rebuild-ratio 2", "--rebuild-ratio is about the trees of a sequence"),
+        ("build in/wave.%03d.obj -o wave.bvhc --degenerate drop", "--degenerate drop is about still files"),
+        ("stats wave.bvhc --epo exact", "cannot measure a sequence with --epo"),
+        ("stats wave.bvhc --depths", "cannot measure a sequence with --depths"),
+    ] {
+        let said = place.run(args);
+        assert!(
+            said.code == 2 && said.err.contains(told) && said.err.contains("leave"),
+            "{args}: {} {}",
+            said.code,
+            said.err
+        );
+    }
+    place.ok("build in/wave.%03d.obj -o wave.bvhc --degenerate keep --force");
 }

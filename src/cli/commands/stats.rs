@@ -41,9 +41,9 @@ pub struct StatsArgs {
     /// With --frames: draw ray cost and bytes from frame to frame
     #[arg(long, value_name = "FILE", requires = "frames")]
     svg: Option<PathBuf>,
-    /// How EPO is measured
-    #[arg(long, value_name = "HOW", value_enum, default_value = "auto")]
-    epo: Epo,
+    /// How EPO is measured [default: auto]
+    #[arg(long, value_name = "HOW", value_enum)]
+    epo: Option<Epo>,
     /// Show also the nodes and leaves at each depth
     #[arg(long)]
     depths: bool,
@@ -81,6 +81,13 @@ struct Document<'a> {
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
     if args.frames || args.files.iter().all(|path| caches::is_sequence(path, context)) {
+        // A sequence alone needs no --frames, which refuses these.
+        let unread = [("--epo", args.epo.is_some()), ("--depths", args.depths)];
+        if let Some((flag, _)) = unread.into_iter().find(|(_, is_given)| *is_given) {
+            return Err(Failure::new(Exit::Usage, format!("cannot measure a sequence with {flag}"))
+                .fact("the frames of a sequence are told by a row each")
+                .help(format!("leave out {flag}, or take a frame out first: bvhc convert FILE -o OUT --frame N")));
+        }
         let measure = Measure { rays: args.rays as usize, fresh: args.against_fresh };
         return super::frames::run(&args.files, &measure, args.csv, args.svg.as_deref(), context);
     }
@@ -89,7 +96,7 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
         let opened = caches::open_checked(path, context)?;
         paths.push(path.to_path_buf());
         let (name, view) = (path.to_string_lossy().into_owned(), opened.view());
-        let epo = args.epo.mode().map(|mode| EpoReport::of_view(&view, mode, &context.exec));
+        let epo = args.epo.unwrap_or(Epo::Auto).mode().map(|mode| EpoReport::of_view(&view, mode, &context.exec));
         let notes = opened.meta().map_or_else(Vec::new, |meta| meta.notes.clone());
         Ok(FileReport { epo, notes, ..FileReport::of_view(name, opened.header().file_len, &view) })
     });

@@ -67,7 +67,7 @@ pub struct Built {
     pub instanced_triangles: u64,
     pub max_depth: u32,
     /// Over several trees, the mean weighted by the areas of their roots.
-    pub sah: f64,
+    pub sah: Option<f64>,
     pub file_len: u64,
     pub content_id: String,
     /// What became of each frame of a sequence.
@@ -180,7 +180,7 @@ impl Built {
             instances: u64::from(header.instance_count),
             instanced_triangles: report.instanced_triangles,
             max_depth: header.max_depth,
-            sah: report.blas.sah,
+            sah: Some(report.blas.sah),
             file_len: header.file_len,
             content_id: hex(&header.content_id),
             sequence: None,
@@ -203,7 +203,7 @@ impl Built {
             instances: u64::from(header.instance_count),
             instanced_triangles: sequence.frames.iter().map(|frame| frame.triangles).sum(),
             max_depth: header.max_depth,
-            sah: 0.0,
+            sah: None,
             file_len: header.file_len,
             content_id: hex(&header.content_id),
             sequence: Some(sequence),
@@ -249,7 +249,8 @@ impl Built {
         }
         line += &format!(", {}, depth {}", counted(self.nodes, "node", "nodes"), self.max_depth);
         let took = figures::seconds(Duration::from_secs_f64(self.times.total_ms / 1e3));
-        line + &format!(", SAH {}, {}, {took}", figures::cost(self.sah), bytes(self.file_len))
+        let cost = self.sah.map_or_else(String::new, |sah| format!(", SAH {}", figures::cost(sah)));
+        line + &format!("{cost}, {}, {took}", bytes(self.file_len))
     }
 
     /// Phases and memory, for `-v`.

@@ -9,6 +9,7 @@ use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
+use crate::scene::Degenerate;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -168,6 +169,7 @@ fn refuse_own_inputs(args: &BuildArgs, frames: &[Input], jobs: Vec<Job>) -> Resu
     let files = of_jobs.chain(frames.iter().map(|i| &i.path)).filter_map(|path| Some((Identity::of(path)?, path)));
     let files: BTreeMap<Identity, &PathBuf> = files.collect();
     for job in &jobs {
+        suits(args, job)?;
         if let Some(input) = Identity::of(&job.output).and_then(|output| files.get(&output)) {
             return Err(refuse(format!("the output {} is the input {}", names::path(&job.output), names::path(input)))
                 .help("name another output with -o"));
@@ -177,6 +179,23 @@ fn refuse_own_inputs(args: &BuildArgs, frames: &[Input], jobs: Vec<Job>) -> Resu
         }
     }
     Ok(jobs)
+}
+
+/// Refuse flags that the kind of the file does not read.
+fn suits(args: &BuildArgs, job: &Job) -> Result<(), Failure> {
+    let refuse =
+        |fact: String| Failure::new(Exit::Usage, format!("cannot build {}", names::path(&job.output))).fact(fact);
+    match (&job.frames, args.frames.of_sequences(), args.read.degenerate) {
+        (None, Some(flag), _) => {
+            Err(refuse(format!("{flag} is about the trees of a sequence, and this becomes a still file"))
+                .help(format!("leave out {flag}")))
+        }
+        (Some(_), _, Some(Degenerate::Drop)) => Err(refuse(
+            "--degenerate drop is about still files: a triangle without area may have one in another frame".into(),
+        )
+        .help("leave it out: rays do not hit such triangles anyway")),
+        _ => Ok(()),
+    }
 }
 
 /// Say before a long build what its end would say: that there is no place for the file.

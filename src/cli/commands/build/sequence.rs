@@ -56,7 +56,7 @@ pub fn recipe(workshop: &Workshop, frames: &Frames) -> Recipe {
     let mut options: Vec<(String, String)> = vec![
         ("sequence".into(), frames.recorded()),
         ("refit".into(), policy.refit.name().into()),
-        ("trees".into(), workshop.args.frames.trees.to_string()),
+        ("trees".into(), workshop.args.frames.trees().to_string()),
         ("rebuild_ratio".into(), policy.rebuild_ratio.to_string()),
     ];
     options.extend(build_options(&workshop.build, &policy).effective());
@@ -253,8 +253,8 @@ impl Workshop<'_> {
     /// How many trees are made for all frames together, if any are.
     fn surveys(&self, frames: usize) -> Option<Trees> {
         let args = &self.args.frames;
-        match args.trees {
-            TreeChoice::Surveyed(trees) if frames > 1 && args.refit != Refit::Never => Some(trees),
+        match args.trees() {
+            TreeChoice::Surveyed(trees) if frames > 1 && args.policy().refit != Refit::Never => Some(trees),
             _ => None,
         }
     }

@@ -161,17 +161,28 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         return ray::run(ray, args, &bench, context);
     }
     let plan = plan(args);
-    let mut verdicts = Verdicts { context, plan: &plan, documents: Vec::new(), suites: Vec::new(), exits: Vec::new() };
+    let mut verdicts = Verdicts {
+        context,
+        plan: &plan,
+        documents: Vec::new(),
+        suites: Vec::new(),
+        exits: Vec::new(),
+        frames: FrameSum::default(),
+    };
     for path in &args.files {
         let mut start = Instant::now();
         // A sequence is verified frame by frame, whether or not it was asked for.
         let whole = args.source.is_none() && caches::is_sequence(path, context);
         let done = match args.frames.as_ref().or(whole.then_some(&Frames::All)) {
             None => verdicts.take(path, None, file::verify(path, args, &plan, &bench, context), start.elapsed()),
-            Some(frames) => file::verify_frames(path, frames, args, &plan, &bench, context, |number, result| {
-                let took = std::mem::replace(&mut start, Instant::now()).elapsed();
-                verdicts.take(path, Some(number), result, took)
-            }),
+            Some(frames) => {
+                verdicts.frames = FrameSum::default();
+                let done = file::verify_frames(path, frames, args, &plan, &bench, context, |number, result| {
+                    let took = std::mem::replace(&mut start, Instant::now()).elapsed();
+                    verdicts.take(path, Some(number), result, took)
+                });
+                done.and_then(|()| verdicts.sum(path))
+            }
         };
         match done {
             Ok(()) => {}
@@ -193,6 +204,29 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
+/// What the frames of a sequence come to.
+#[derive(Clone, Copy, Debug, Default)]
+struct FrameSum {
+    frames: u64,
+    right: u64,
+    /// Of the first device.
+    rays: u64,
+    hits: u64,
+    /// Of all devices.
+    mismatches: u64,
+}
+
+impl FrameSum {
+    fn add(&mut self, verified: &Verified) {
+        let totals: Vec<_> = verified.outcome.devices.iter().map(|device| device.total()).collect();
+        self.frames += 1;
+        self.right += u64::from(verified.is_right());
+        self.rays += totals.first().map_or(0, |total| total.rays);
+        self.hits += totals.first().map_or(0, |total| total.hits);
+        self.mismatches += totals.iter().map(|total| total.mismatches()).sum::<u64>();
+    }
+}
+
 /// What came of the files so far.
 struct Verdicts<'a> {
     context: &'a Context,
@@ -200,6 +234,8 @@ struct Verdicts<'a> {
     documents: Vec<FileDocument>,
     suites: Vec<junit::Suite>,
     exits: Vec<Exit>,
+    /// Of the sequence at hand.
+    frames: FrameSum,
 }
 
 impl Verdicts<'_> {
@@ -224,9 +260,20 @@ impl Verdicts<'_> {
         if !(terminal.json || terminal.quiet && verified.is_right()) {
             terminal.print(&text::verdict(&verified, self.plan, self.context))?;
         }
+        self.frames.add(&verified);
         self.exits.push(verified.exit());
         self.documents.push(FileDocument::new(&verified));
         Ok(())
+    }
+
+    /// Tell what the frames of a sequence come to.
+    fn sum(&self, path: &Path) -> Result<(), Failure> {
+        let terminal = &self.context.terminal;
+        let is_right = self.frames.right == self.frames.frames;
+        if self.frames.frames < 2 || terminal.json || terminal.quiet && is_right {
+            return Ok(());
+        }
+        terminal.print(&text::sum(path, &self.frames, self.context))
     }
 
     fn fail(&mut self, failure: Failure) {

@@ -1,5 +1,6 @@
 //! The verdict on a file for people.
 
+use super::FrameSum;
 use super::file::Verified;
 use crate::cli::Context;
 use crate::cli::figures;
@@ -11,6 +12,7 @@ use crate::trace::Hit;
 use crate::verify::{
     Asked, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Placed, Plan, set_name, write_ray,
 };
+use std::path::Path;
 use std::time::Duration;
 
 pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
@@ -60,6 +62,23 @@ pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
         }
     }
     text
+}
+
+/// What the frames of a sequence come to, in one line.
+pub fn sum(path: &Path, sum: &FrameSum, context: &Context) -> String {
+    let FrameSum { frames, right, rays, hits, mismatches } = *sum;
+    let (word, paint) = if right == frames { ("right", Paint::Green) } else { ("wrong", Paint::Red) };
+    let count = if right == frames { frames } else { frames - right };
+    format!(
+        "{}: {} of {} {}; {}, {}, {}\n",
+        names::path(path),
+        figures::count(count),
+        figures::counted(frames, "frame", "frames"),
+        context.terminal.paint(paint, word),
+        figures::counted(rays, "ray", "rays"),
+        figures::counted(hits, "hit", "hits"),
+        figures::counted(mismatches, "mismatch", "mismatches"),
+    )
 }
 
 fn row(table: &mut Table, name: &str, counts: &Counts, plan: &Plan) {

@@ -38,16 +38,16 @@ pub struct FrameArgs {
     /// Play only this stretch of a glTF clip, in seconds, such as 0.5..2; without --fps as `--fps auto`
     #[arg(long, value_name = "FROM..TO", value_parser = stretch, conflicts_with = "time", allow_hyphen_values = true)]
     pub play: Option<(Seconds, Seconds)>,
-    /// Whether the trees of a sequence are refitted to what moved
-    #[arg(long, value_name = "MODE", value_parser = choice::<Refit>(), default_value = "auto")]
-    pub refit: Refit,
+    /// Whether the trees of a sequence are refitted to what moved [default: auto]
+    #[arg(long, value_name = "MODE", value_parser = choice::<Refit>())]
+    pub refit: Option<Refit>,
     /// How many trees a mesh of a sequence may have for all its frames, each of which takes the best: 1 to 8, or auto, which is
-    /// up to 3 where more pay; `first` builds the tree for the frame that shows the mesh first, which reads no frame twice
-    #[arg(long, value_name = "N|auto|first", value_parser = tree_choice, default_value = "auto")]
-    pub trees: TreeChoice,
-    /// Build a tree of a sequence anew where refitting has raised its SAH cost to so many times what it was
-    #[arg(long, value_name = "RATIO", value_parser = ratio, default_value_t = RefitPolicy::REBUILD_RATIO)]
-    pub rebuild_ratio: f32,
+    /// up to 3 where more pay; `first` builds the tree for the frame that shows the mesh first, which reads no frame twice [default: auto]
+    #[arg(long, value_name = "N|auto|first", value_parser = tree_choice)]
+    trees: Option<TreeChoice>,
+    /// Build a tree of a sequence anew where refitting has raised its SAH cost to so many times what it was [default: 1.2]
+    #[arg(long, value_name = "RATIO", value_parser = ratio)]
+    rebuild_ratio: Option<f32>,
     /// Take inputs and output as plain names, without frames and without *, ? and []
     #[arg(long)]
     pub literal: bool,
@@ -120,7 +120,26 @@ fn ratio(text: &str) -> Result<f32, String> {
 impl FrameArgs {
     /// When trees are built anew.
     pub fn policy(&self) -> RefitPolicy {
-        RefitPolicy { refit: self.refit, rebuild_ratio: self.rebuild_ratio }
+        let default = RefitPolicy::default();
+        RefitPolicy {
+            refit: self.refit.unwrap_or(default.refit),
+            rebuild_ratio: self.rebuild_ratio.unwrap_or(default.rebuild_ratio),
+        }
+    }
+
+    /// Whether trees are made for all frames together.
+    pub fn trees(&self) -> TreeChoice {
+        self.trees.unwrap_or(TreeChoice::Surveyed(Trees::Auto))
+    }
+
+    /// The first flag that was given and that only a sequence reads.
+    pub fn of_sequences(&self) -> Option<&'static str> {
+        let given = [
+            ("--refit", self.refit.is_some()),
+            ("--trees", self.trees.is_some()),
+            ("--rebuild-ratio", self.rebuild_ratio.is_some()),
+        ];
+        given.into_iter().find_map(|(flag, is_given)| is_given.then_some(flag))
     }
 }
 

@@ -1,5 +1,4 @@
 use super::*;
-use crate::sequence::{Refit, RefitPolicy};
 
 /// A folder with empty files of these names.
 fn folder(names: &[&str]) -> tempfile::TempDir {
@@ -14,9 +13,9 @@ fn args(frames: Option<&str>, missing: Missing) -> FrameArgs {
         missing,
         fps: None,
         play: None,
-        refit: Refit::Auto,
-        trees: TreeChoice::First,
-        rebuild_ratio: RefitPolicy::REBUILD_RATIO,
+        refit: None,
+        trees: None,
+        rebuild_ratio: None,
         literal: false,
     }
 }

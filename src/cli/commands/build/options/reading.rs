@@ -15,9 +15,9 @@ use std::path::Path;
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Reading")]
 pub struct ReadArgs {
-    /// What to do with triangles without area
-    #[arg(long, value_parser = choice::<Degenerate>(), value_name = "POLICY", default_value = "drop")]
-    pub degenerate: Degenerate,
+    /// What to do with triangles without area [default: drop; in a sequence keep]
+    #[arg(long, value_parser = choice::<Degenerate>(), value_name = "POLICY")]
+    pub degenerate: Option<Degenerate>,
     /// Let a glTF file name buffers outside its own folder
     #[arg(long)]
     pub allow_outside: bool,
@@ -63,7 +63,7 @@ impl From<InputFormat> for Format {
 impl ReadArgs {
     pub fn resolve(&self) -> ReadOptions {
         let (degenerate, allow_outside, scene, vertices) =
-            (self.degenerate, self.allow_outside, self.scene, self.vertices);
+            (self.degenerate.unwrap_or_default(), self.allow_outside, self.scene, self.vertices);
         let (ignore_extensions, moment) = (self.ignore_extensions.clone(), self.moment());
         ReadOptions {
             degenerate,
