@@ -130,7 +130,7 @@ pub fn failure(error: &CacheError) -> Failure {
             "take a frame out of it as a still file: bvhc convert {} -o STILL --frame N",
             names::escape(name)
         )),
-        CacheError::Still { .. } => failure.help("leave out --frame"),
+        CacheError::Still { .. } => failure.help("leave out --frame or --frames"),
         CacheError::NoFrame { .. } => failure.help("see which there are: bvhc info FILE"),
         CacheError::Limit { .. } => failure.help("split the scene into several models, or shorten its names"),
         _ => failure.help("this is a fault of the program that called the writer; please report it"),
@@ -321,4 +321,16 @@ mod tests {
         let denied = told(io(std::io::ErrorKind::PermissionDenied));
         assert!(denied.matches("permission denied").count() == 1 && !denied.contains("help:"), "{denied}");
     }
+}
+
+/// Say of a model that a file is compared with what its grid cost.
+pub fn tell_grid(model: &Path, scene: &Scene, context: &Context) {
+    let Some(loss) = scene.rounding.grid else { return };
+    let share = 100.0 * loss.share;
+    context.terminal.note(&format!(
+        "{} is compared on the grid that the file was built on: it moves corners by up to {:.3e}, on average {share:.2}% of a triangle's \
+         shortest edge",
+        names::path(model),
+        loss.farthest
+    ));
 }

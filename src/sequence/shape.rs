@@ -13,6 +13,8 @@ pub struct Shape {
     /// As [`Rebuild`] counts them.
     trees: Vec<Keyed>,
     rule: Rebuild,
+    /// For each vertex the first one that stands with it in every pose that was surveyed; empty where none was.
+    together: Vec<u32>,
 }
 
 /// A tree that may serve other poses than the one that it was built over.
@@ -43,19 +45,20 @@ pub struct Built {
 impl Shape {
     /// Without a tree.
     pub fn new(policy: RefitPolicy) -> Shape {
-        Shape::surveyed(policy, [])
+        Shape::surveyed(policy, [], Vec::new())
     }
 
-    /// Trees for the whole animation, each with the least cost that it has in the poses that it was made for.
-    pub fn surveyed(policy: RefitPolicy, trees: impl IntoIterator<Item = (Tree, Cost)>) -> Shape {
+    /// Trees for the whole animation, each with the least cost that it has in the poses that it was made for; and for each vertex the first one that stands with
+    /// it in all of these.
+    pub fn surveyed(policy: RefitPolicy, trees: impl IntoIterator<Item = (Tree, Cost)>, together: Vec<u32>) -> Shape {
         let (trees, costs): (Vec<Keyed>, Vec<Cost>) =
             trees.into_iter().map(|(tree, cost)| (Keyed { tree, stored: None }, cost)).unzip();
-        Shape { trees, rule: Rebuild::with(policy, costs) }
+        Shape { trees, rule: Rebuild::with(policy, costs), together }
     }
 
     /// The tree that serves a pose best, refitted; `None` where one is to be [built](Shape::judge).
     pub fn refit(&mut self, mesh: &Mesh, exec: &Executor) -> Option<Fitted> {
-        let Shape { trees, rule } = self;
+        let Shape { trees, rule, .. } = self;
         let unit = unit_of(mesh);
         // Two are held at most: the cheapest so far and the one that is asked.
         let mut cheapest: Option<(usize, f64, Vec<Node>)> = None;
@@ -89,7 +92,8 @@ impl Shape {
         // Vertices that were one and stand apart in this pose are two from here on: the same tree with other corners.
         let known = stored.as_ref().and_then(|(weld, topology)| Some((weld.positions(mesh)?, *topology)));
         let (positions, topology) = known.unwrap_or_else(|| {
-            let weld = stored.as_ref().map_or_else(|| Weld::new(mesh, &tree.refs), |(w, _)| w.split(mesh, &tree.refs));
+            let weld =
+                stored.as_ref().map_or_else(|| weld(mesh, tree, &self.together), |(w, _)| w.split(mesh, &tree.refs));
             let topology = Shape::write_topology(mesh, tree, &weld, writer, exec);
             let positions = weld.positions(mesh).unwrap_or_default();
             *stored = Some((weld, topology));
@@ -101,7 +105,7 @@ impl Shape {
     /// Store a tree that was built for a pose, and the pose. The pose's number.
     pub fn write_built(&mut self, mesh: &Mesh, built: Built, writer: &mut SequenceWriter, exec: &Executor) -> u32 {
         let Built { tree, gone } = built;
-        let weld = Weld::new(mesh, &tree.refs);
+        let weld = weld(mesh, &tree, &self.together);
         let topology = Shape::write_topology(mesh, &tree, &weld, writer, exec);
         let positions: Vec<Point> = weld.positions(mesh).unwrap_or_default();
         let pose = writer.pose(topology, &tree.nodes, &positions, PoseRecord::KEY);
@@ -137,6 +141,11 @@ fn fit(tree: &Tree, mesh: &Mesh, exec: &Executor) -> Vec<Node> {
 /// What a refitted tree costs where the triangles alone cost `unit`.
 pub fn cost_of(nodes: &[Node], unit: f64) -> Cost {
     Cost::new(quality::sah(nodes).into(), unit)
+}
+
+/// The vertices of a tree over a mesh as it stands; apart stay those that are known to part.
+fn weld(mesh: &Mesh, tree: &Tree, together: &[u32]) -> Weld {
+    Weld::by(mesh, &tree.refs, |v| together.get(v as usize).copied().unwrap_or(0))
 }
 
 /// What the triangles of a mesh [cost alone](triangle_cost) as it stands, by which the costs of two poses can be compared.

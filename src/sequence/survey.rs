@@ -1,10 +1,11 @@
 use super::shape::{Shape, cost_of, geometry_hash, topology_hash, unit};
+use super::weld::bits;
 use crate::build::motion::{Cost, Motion, RefitPolicy, Trees, keyed};
 use crate::build::{BuildError, BuildOptions, Progress};
 use crate::exec::Executor;
 use crate::geom::Point;
 use crate::scene::Mesh;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// How the meshes of an animation stand in some of its frames.
 #[derive(Default)]
@@ -58,10 +59,39 @@ impl Survey {
                 let cost = cost_of(&nodes, unit(&motion, frame));
                 least[*tree] = Some(least[*tree].map_or(cost, |least| least.min(cost)));
             }
+            let together = together(&poses.positions);
             let count = keyed.trees.len() as u64;
             let least = least.into_iter().map(Option::unwrap_or_default);
-            Ok((topology, Shape::surveyed(policy, keyed.trees.into_iter().zip(least)), count))
+            Ok((topology, Shape::surveyed(policy, keyed.trees.into_iter().zip(least), together), count))
         };
         moving.map(shape).collect()
+    }
+}
+
+/// For each vertex the first one that stands with it in every pose. On a grid many vertices meet in some pose and part again.
+fn together(poses: &[Vec<Point>]) -> Vec<u32> {
+    let count = poses.iter().map(Vec::len).min().unwrap_or(0);
+    let mut first: Vec<u32> = vec![0; count];
+    for pose in poses {
+        // Only asked, never walked through: the order of a hash map decides nothing.
+        let mut places: HashMap<(u32, [u32; 3]), u32> = HashMap::with_capacity(count);
+        for (v, (first, position)) in first.iter_mut().zip(pose).enumerate() {
+            *first = *places.entry((*first, bits(*position))).or_insert(v as u32);
+        }
+    }
+    first
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_are_together_that_never_part() {
+        let (a, b) = ([1.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
+        let poses = [vec![a, b, a, a, [-0.0, 2.0, 0.0]], vec![b, a, b, a, a]];
+        assert_eq!(together(&poses), [0, 1, 0, 3, 1]);
+        assert_eq!(together(&poses[..1]), [0, 1, 0, 0, 1]);
+        assert!(together(&[]).is_empty());
     }
 }

@@ -19,13 +19,8 @@ impl Weld {
     /// For [`Weld::of`].
     pub const UNUSED: u32 = u32::MAX;
 
-    /// The vertices of a mesh as it stands, in the order of `refs`.
-    pub fn new(mesh: &Mesh, refs: &[u32]) -> Weld {
-        Weld::by(mesh, refs, |_| 0)
-    }
-
-    /// Vertices are apart as they are now, and also where `class` is another.
-    fn by(mesh: &Mesh, refs: &[u32], class: impl Fn(u32) -> u32) -> Weld {
+    /// The vertices of a mesh as it stands, in the order of `refs`. They are apart as they are now, and also where `class` is another.
+    pub fn by(mesh: &Mesh, refs: &[u32], class: impl Fn(u32) -> u32) -> Weld {
         let mut weld = Weld { of: vec![Weld::UNUSED; mesh.positions.len()], sources: Vec::new() };
         // Only asked, never walked through: the order of a hash map decides nothing.
         let mut places: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
@@ -62,7 +57,8 @@ pub fn clean(p: Point) -> Point {
     p.map(|c| c + 0.0)
 }
 
-fn bits(p: Point) -> [u32; 3] {
+/// What tells places apart.
+pub fn bits(p: Point) -> [u32; 3] {
     clean(p).map(f32::to_bits)
 }
 
@@ -78,7 +74,7 @@ mod tests {
     fn places_are_stored_once_until_they_part() {
         let (a, b, c, d) = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]);
         let together = mesh(&[a, b, c, b, d, [-0.0, 1.0, 0.0], [9.0; 3]]);
-        let weld = Weld::new(&together, &[1, 0]);
+        let weld = Weld::by(&together, &[1, 0], |_| 0);
         assert_eq!(weld.sources, [3, 4, 5, 0]);
         assert_eq!(weld.of, [3, 0, 2, 0, 1, 2, Weld::UNUSED]);
         assert_eq!(weld.positions(&together), Some(vec![b, d, c, a]));

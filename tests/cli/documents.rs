@@ -89,7 +89,16 @@ fn output(command: &str, place: &Place) -> Vec<String> {
     };
     let args = command.strip_prefix("bvhc ").unwrap_or_else(|| panic!("only bvhc can be run: {command}"));
     for sample in args.split_whitespace().filter(|word| word.starts_with("samples/")) {
-        place.write(sample, std::fs::read(repository().join(sample)).unwrap());
+        // A pattern stands for all files of its folder.
+        let files = match sample.rsplit_once('/').filter(|_| sample.contains('%')) {
+            Some((folder, _)) => {
+                std::fs::read_dir(repository().join(folder)).unwrap().map(|f| f.unwrap().path()).collect()
+            }
+            None => vec![repository().join(sample)],
+        };
+        for file in files.iter().filter(|file| file.is_file()) {
+            place.write(file.strip_prefix(repository()).unwrap().to_str().unwrap(), std::fs::read(file).unwrap());
+        }
     }
     place.ok(args).out.lines().take(most).map(str::to_string).collect()
 }

@@ -309,14 +309,23 @@ fn a_compact_file_is_the_same_and_a_grid_is_told() {
     let still = place.ok("build in/wave.001.obj -o still.bvhc --vertex-bits 12 --json").json();
     let loss = &still["results"][0]["built"]["rounding"]["grid"];
     assert!(loss["farthest"].as_f64().is_some_and(|moved| moved > 0.0 && moved < 9.0 / 2048.0), "{still}");
-    place.ok("check still.bvhc --source in/wave.001.obj");
+    let checked = place.ok("check still.bvhc --source in/wave.001.obj");
+    assert!(
+        checked.err.contains("compared on the grid") && checked.err.contains("% of a triangle's"),
+        "{}",
+        checked.err
+    );
     let coarse = place.ok("build in/wave.001.obj -o still.bvhc --vertex-bits 8 --force");
-    assert!(!coarse.err.contains("the grid"), "{}", coarse.err);
+    assert!(!coarse.err.contains("a grid"), "{}", coarse.err);
     let mut thin = String::from("v 0 0 0\nv 1000 0 0\nv 0 1000 0\nv 3 3 0\nv 3.4 3 0\nv 3 3.4 0\n");
     thin += &"f 1 2 3\nf 4 5 6\n".repeat(9);
     place.write("thin.obj", thin);
     let told = place.ok("build thin.obj -o thin.bvhc --vertex-bits 8");
-    assert!(told.err.contains("the grid move its corners") && told.err.contains("more --vertex-bits"), "{}", told.err);
+    assert!(
+        told.err.contains("positions on a grid move its corners") && told.err.contains("more --vertex-bits"),
+        "{}",
+        told.err
+    );
     assert!(place.run("build thin.obj -o thin.bvhc --vertex-bits 30").err.contains("a number from 8 to 24"));
 }
 

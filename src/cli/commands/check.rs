@@ -133,6 +133,7 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
     let meta = Head::read(path, &caches::options(context)).ok().and_then(|head| head.meta);
     let (read, build) = caches::recorded_with(meta.as_ref(), &args.reading, context);
     let scene = scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
+    caches::tell_grid(model, &scene, context);
     // Laying out makes no duplicates.
     caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
     let inputs = scene.inputs.clone();

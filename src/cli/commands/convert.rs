@@ -32,7 +32,7 @@ pub struct ConvertArgs {
     /// Of a sequence: the number of the frame that becomes a still file
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     frame: Option<i32>,
-    /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3), compact is a tenth and less of a raw sequence (level
+    /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3), compact is about a tenth of a raw sequence (level
     /// usually 9) and zstd in a still file
     #[arg(long, value_name = "raw|zstd[:LEVEL]|compact[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
     codec: Codec,

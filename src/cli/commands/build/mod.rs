@@ -65,7 +65,7 @@ pub struct BuildArgs {
     /// Do not read the written file back
     #[arg(long)]
     pub no_check: bool,
-    /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3), compact is a tenth and less of a
+    /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3), compact is about a tenth of a
     /// raw sequence (level usually 9) and zstd in a still file. A file does not say its level, so another level alone builds nothing: use --force or `bvhc convert`
     #[arg(long, value_name = "raw|zstd[:LEVEL]|compact[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
     pub codec: Codec,

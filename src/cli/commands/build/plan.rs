@@ -305,8 +305,9 @@ fn codec_change(sections: &[SectionEntry], codec: Codec) -> Option<&'static str>
         Codec::Raw if moves => Some("codec compact → raw"),
         Codec::Raw if packed => Some("codec zstd → raw"),
         Codec::Zstd { .. } if moves => Some("codec compact → zstd"),
-        Codec::Zstd { .. } | Codec::Compact { .. } if !packed && large => Some("codec raw → zstd"),
+        Codec::Compact { .. } if !packed && poses => Some("codec raw → compact"),
         Codec::Compact { .. } if !moves && poses => Some("codec zstd → compact"),
+        Codec::Zstd { .. } | Codec::Compact { .. } if !packed && large => Some("codec raw → zstd"),
         _ => None,
     }
 }

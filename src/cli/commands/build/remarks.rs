@@ -42,7 +42,7 @@ impl Remarks<'_> {
             ));
         }
         if let Some(loss) = grid.filter(|loss| !loss.is_tolerable()) {
-            lines.push(format!("{}; choose more --vertex-bits", lost("the grid", &loss)));
+            lines.push(format!("{}; choose more --vertex-bits", lost("positions on a grid", &loss)));
         }
         let placed = &self.placing.loss;
         match levels {

@@ -152,6 +152,12 @@ impl Workshop<'_> {
         let build = build_options(&self.build, &policy);
         let mut builder =
             SequenceBuilder::new(&job.output, &build, policy, self.codec, exec, &ear).map_err(|e| failure(&e))?;
+        if self.surveys(2).is_some() && self.args.tree.is_given() {
+            self.context.terminal.note(&format!(
+                "{name}: meshes that move get trees for all their frames, made by sweep and reinsertion; the options for trees hold for \
+                 meshes that stand still, and for all with --trees first"
+            ));
+        }
         let mut told = Told::default();
         match frames_of {
             Frames::Files(list) => self.files(list, &read, &mut builder, &mut told, &bar)?,

@@ -186,6 +186,7 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
     };
     let (read, build) = caches::recorded_with(cache.meta(), &args.reading, context);
     let scene = scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
+    caches::tell_grid(model, &scene, context);
     // Laying out makes no duplicates.
     caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
     let laid = compile::lay_out(scene.clone(), &build, &context.exec).map_err(|e| caches::build_failure(&e))?;

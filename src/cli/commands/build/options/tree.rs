@@ -20,6 +20,11 @@ pub struct TreeArgs {
 }
 
 impl TreeArgs {
+    /// Whether anything was typed of how trees are built.
+    pub fn is_given(&self) -> bool {
+        self.preset != Preset::Auto || self.method.is_some() || !self.settings.is_empty()
+    }
+
     /// The preset with everything that was typed on top.
     ///
     /// # Errors
