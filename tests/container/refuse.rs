@@ -100,8 +100,10 @@ fn what_a_later_version_needs_is_named() {
         assert!(!error.to_string().contains("bvhc build"), "{error}");
     };
     check(&with_header(|h| h.major = 2), "E0103", "version 2.0");
-    check(&with_header(|h| (h.minor, h.min_minor) = (3, 3)), "E0104", "1.3");
-    check(&with_header(|h| h.min_minor = 3), "E0128", "1.3");
+    let later = bvhc::cache::MINOR + 1;
+    let name = format!("1.{later}");
+    check(&with_header(|h| (h.minor, h.min_minor) = (later, later)), "E0104", &name);
+    check(&with_header(|h| h.min_minor = later), "E0128", &name);
     check(&with_header(|h| h.features_required = 1 << 37), "E0107", "feature 37");
     check(&with_entry(0, |e| e.kind = SectionKind(*b"QNOD")), "E0113", "QNOD");
     check(&with_entry(0, |e| e.schema = 9), "E0114", "schema 9");
@@ -213,8 +215,9 @@ fn a_table_of_65536_entries_takes_no_comparison_of_each_with_each() {
         // The best of five, since other tests run beside this one.
         (0..5).map(|_| once()).min().unwrap_or_default()
     };
-    let (few, many) = (spent(count / 16), spent(count));
-    assert!(many < 64 * few, "{few:?} for {} entries, {many:?} for {count}", count / 16);
+    // On a machine that does other things one of several tries is enough: none would be quick if each were compared with each.
+    let tries: Vec<_> = (0..8).map(|_| (spent(count / 16), spent(count))).collect();
+    assert!(tries.iter().any(|(few, many)| *many < 64 * *few), "for {} and for {count} entries: {tries:?}", count / 16);
 }
 
 #[test]
