@@ -1,6 +1,6 @@
 //! Motion blur from a file: `cargo run --release --example motion_blur -- SEQUENCE.bvhc PICTURE.png [FIRST [SECOND]]`
 //!
-//! It opens the time between two frames, traces sixteen rays a pixel, each at a time of its own, and shades by the direction of what they hit.
+//! FIRST and SECOND are places in the list of frames, counted from 0. It opens the time between these two frames, traces sixteen rays a pixel, each at a time of its own, and shades by the direction of what they hit.
 //!
 //! ```sh
 //! bvhc build fox.glb -o fox.bvhc --clip Run --fps 24 --trees 1 --refit always
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let sequence = Sequence::open(file)?;
     let first = frames.first().map_or(Ok(0), |n| n.parse())?;
-    let shutter = sequence.between(first, frames.get(1).map_or(Ok(first + 1), |n| n.parse())?)?;
+    let shutter = sequence.between(first, frames.get(1).map_or(Ok(first.saturating_add(1)), |n| n.parse())?)?;
 
     // Look at the middle of the scene from outside, slightly from above.
     let bounds = sequence.header().scene_bounds();

@@ -32,8 +32,8 @@ pub struct StatsArgs {
     /// Of sequences: one row per frame, with what refitting costs and what each frame adds to the file
     #[arg(long, conflicts_with_all = ["epo", "depths"])]
     frames: bool,
-    /// With --frames: rays in each of three sets by which the cost of a ray is counted, from four cameras around each frame; 0 traces none
-    #[arg(long, value_name = "N", default_value_t = 1024, requires = "frames")]
+    /// With --frames: rays in each of three sets by which the cost of a ray is counted, from four cameras around each frame; 0 traces none, and a million is the most
+    #[arg(long, value_name = "N", default_value_t = 1024, requires = "frames", value_parser = clap::value_parser!(u32).range(..=1_000_000))]
     rays: u32,
     /// With --frames: build each frame's trees anew by the recipe in the file, and count what the same rays cost there
     #[arg(long, requires = "frames")]

@@ -174,12 +174,16 @@ pub(super) fn unchanged(inputs: &[InputFile], exec: &Executor) -> Result<(), Fai
     for input in inputs {
         let now = cache::hash_file(&input.path, exec);
         if !matches!(now, Ok(now) if now == (input.len, input.blake3)) {
-            return Err(Failure::new(Exit::TryAgain, "the input changed")
-                .fact(format!("{} is no longer the file that was read", names::path(&input.path)))
-                .help("nothing was written; run the same command again"));
+            return Err(changed_meanwhile(&input.path));
         }
     }
     Ok(())
+}
+
+pub(super) fn changed_meanwhile(path: &std::path::Path) -> Failure {
+    Failure::new(Exit::TryAgain, "the input changed")
+        .fact(format!("{} is no longer the file that was read", names::path(path)))
+        .help("nothing was written; run the same command again")
 }
 
 #[cfg(test)]

@@ -300,7 +300,10 @@ fn codec_change(sections: &[SectionEntry], codec: Codec) -> Option<&'static str>
     let moves = any(&|s| s.codec == SectionEntry::DELTA);
     let packed = any(&|s| s.codec == SectionEntry::ZSTD) || moves;
     let large = any(&|s| s.raw_len >= ALWAYS_GAINS);
-    let poses = any(&|s| s.kind == SectionKind::VPOS && s.raw_len >= ALWAYS_GAINS);
+    // What differences are made of, all together: each section by itself may be small.
+    let of_poses = [SectionKind::NODE, SectionKind::TRIX, SectionKind::VPOS];
+    let moving = sections.iter().filter(|s| of_poses.contains(&s.kind)).map(|s| s.raw_len).sum::<u64>();
+    let poses = any(&|s| s.kind == SectionKind::VPOS) && moving >= ALWAYS_GAINS;
     match codec {
         Codec::Raw if moves => Some("codec compact → raw"),
         Codec::Raw if packed => Some("codec zstd → raw"),

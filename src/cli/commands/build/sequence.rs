@@ -3,7 +3,7 @@
 use super::Empty;
 use super::frames::{Fps, Frames, MOST_FRAMES, OneFrame, TreeChoice};
 use super::inputs;
-use super::make::{Made, Workshop, unchanged};
+use super::make::{Made, Workshop, changed_meanwhile, unchanged};
 use super::outcome::{Arrival, Built, SequenceBuilt, Times};
 use super::plan::Job;
 use super::remarks::Remarks;
@@ -22,6 +22,7 @@ use crate::scene::{self, Animation, Clip, Degenerate, InputFile, ReadOptions, Re
 use crate::sequence::{
     FrameLabel, FrameOutcome, Incoming, Preparer, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees,
 };
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Frames a second of a clip whose keys are not uniform.
@@ -84,6 +85,8 @@ struct Told {
     read_time: Duration,
     /// The numbers of the frames that did not arrive whole.
     troubled: Vec<i32>,
+    /// A file that changed between two readings.
+    changed: Option<PathBuf>,
 }
 
 /// What a frame's file or pose had to say.
@@ -103,6 +106,19 @@ fn arrive(preparer: &Preparer, scene: Scene, label: FrameLabel, took: Duration) 
 }
 
 impl Told {
+    /// Files that were read. One that is read twice and is another then has changed between.
+    fn inputs(&mut self, inputs: &[InputFile]) {
+        for input in inputs {
+            match self.inputs.iter().find(|known| known.path == input.path) {
+                None => self.inputs.push(input.clone()),
+                Some(known) if known != input => {
+                    self.changed.get_or_insert_with(|| input.path.clone());
+                }
+                Some(_) => {}
+            }
+        }
+    }
+
     fn frame(&mut self, scene: &Arrived, frame: FrameOutcome, read: &ReadOptions) {
         let (report, rounding, placing) = (&scene.report, &scene.rounding, &Placing::default());
         let remarks = Remarks { report, read, rounding, placing };
@@ -117,11 +133,7 @@ impl Told {
             self.rounding = scene.rounding;
         }
         self.rounding.grid = grid;
-        for input in &scene.inputs {
-            if self.inputs.iter().all(|known| known.path != input.path) {
-                self.inputs.push(input.clone());
-            }
-        }
+        self.inputs(&scene.inputs);
         self.placing.collapsed = self.placing.collapsed.max(frame.placing.collapsed);
         if frame.placing.loss.share >= self.placing.loss.share {
             self.placing.loss = frame.placing.loss;
@@ -172,7 +184,10 @@ impl Workshop<'_> {
         }
         self.not_an_input(job, &told.inputs)?;
 
-        let Told { mut report, rounding, placing, inputs, frames, read_time, troubled } = told;
+        let Told { mut report, rounding, placing, inputs, frames, read_time, troubled, changed } = told;
+        if let Some(path) = changed {
+            return Err(changed_meanwhile(&path));
+        }
         report.degenerate_triangles += placing.collapsed;
         let remarks = Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing };
         if frames.iter().all(|frame| frame.triangles == 0) && self.args.empty == Empty::Error {
@@ -287,6 +302,7 @@ impl Workshop<'_> {
             for frame in some(list) {
                 let (scene, took) = read_one(frame)?;
                 told.read_time += took;
+                told.inputs(&scene.inputs);
                 scenes.push(scene);
             }
             builder.survey(scenes, trees).map_err(|e| failure(&e))?;
@@ -410,5 +426,22 @@ fn failure(error: &SequenceError) -> Failure {
     match error {
         SequenceError::Build(error) => caches::build_failure(error),
         SequenceError::Cache(error) => caches::failure(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_another_when_it_is_read_again_has_changed() {
+        let input = |blake3: u8| InputFile { path: "a.obj".into(), name: "a.obj".into(), len: 1, blake3: [blake3; 32] };
+        let mut told = Told::default();
+        told.inputs(&[input(1)]);
+        told.inputs(&[input(1)]);
+        assert_eq!((told.inputs.len(), told.changed.clone()), (1, None));
+        told.inputs(&[input(2)]);
+        assert_eq!(told.changed, Some("a.obj".into()));
+        assert_eq!(told.inputs, [input(1)], "what was read first is compared with the file in the end");
     }
 }

@@ -98,7 +98,7 @@ impl Frames<'_> {
     pub fn frame_on(&self, index: usize, exec: &Executor) -> Result<Frame<'_>, CacheError> {
         let frames = self.frame_count();
         let Some(record) = self.frames().get(index) else { return Err(CacheError::NoFrame { frame: index, frames }) };
-        self.assemble(index, *record, exec).map_err(|fault| fault.of(&format!("frame {index}")))
+        self.assemble(index, *record, exec).map_err(|fault| fault.of(&format!("frame {}", record.number)))
     }
 
     /// The sections `TNOD` and `INST` of what a frame shows.
