@@ -283,6 +283,18 @@ pub fn build_failure(error: &BuildError) -> Failure {
     }
 }
 
+/// Say of a model that a file is compared with what its grid cost.
+pub fn tell_grid(model: &Path, scene: &Scene, context: &Context) {
+    let Some(loss) = scene.rounding.grid else { return };
+    let share = 100.0 * loss.share;
+    context.terminal.note(&format!(
+        "{} is compared on the grid that the file was built on: it moves corners by up to {:.3e}, on average {share:.2}% of a triangle's \
+         shortest edge",
+        names::path(model),
+        loss.farthest
+    ));
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -321,16 +333,4 @@ mod tests {
         let denied = told(io(std::io::ErrorKind::PermissionDenied));
         assert!(denied.matches("permission denied").count() == 1 && !denied.contains("help:"), "{denied}");
     }
-}
-
-/// Say of a model that a file is compared with what its grid cost.
-pub fn tell_grid(model: &Path, scene: &Scene, context: &Context) {
-    let Some(loss) = scene.rounding.grid else { return };
-    let share = 100.0 * loss.share;
-    context.terminal.note(&format!(
-        "{} is compared on the grid that the file was built on: it moves corners by up to {:.3e}, on average {share:.2}% of a triangle's \
-         shortest edge",
-        names::path(model),
-        loss.farthest
-    ));
 }
