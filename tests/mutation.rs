@@ -252,6 +252,17 @@ fn a_finding_names_the_section_s_number() {
     );
 }
 
+/// A section in a codec that is not known is one that this version cannot read, not one that is not there.
+#[test]
+fn an_unknown_codec_of_any_section_of_a_sequence_is_unsupported() {
+    for kind in [SectionKind::FRAM, SectionKind::TOPO, SectionKind::POSE, SectionKind::GEOM, SectionKind::TRIX] {
+        let codec = if kind == SectionKind::TRIX { 7 } else { SectionEntry::DELTA };
+        let file = vectors_bytes::with_entry(sequences::refitted().file(), kind, |e| e.codec = codec);
+        let report = check_bytes(&file, Level::Tree, None, &Limits::default(), &Executor::current());
+        assert!(report.is_unsupported() && report.count(&rules::E0115) == 1, "{kind}: {}", lines(&report));
+    }
+}
+
 /// Which of two zeros a union of boxes has is left to the machine.
 #[test]
 fn zeros_of_the_scene_s_bounds_have_no_sign() {

@@ -9,7 +9,6 @@ pub use rays::FrameRays;
 use crate::build::{BuildError, BuildOptions, Progress};
 use crate::cache::{CacheError, FrameRecord, Frames, PoseRecord};
 use crate::exec::Executor;
-use crate::geom::Aabb;
 use rays::Gauge;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -155,7 +154,11 @@ impl SequenceReport {
             let view = frame.view();
             let poses: Vec<&PoseRecord> =
                 frame.poses().iter().filter_map(|pose| sequence.poses().get(*pose as usize)).collect();
-            let area = |pose: &PoseRecord| f64::from(Aabb { min: pose.min, max: pose.max }.half_area());
+            // In f64, where no area overflows.
+            let area = |pose: &PoseRecord| {
+                let [x, y, z] = [0, 1, 2].map(|a| f64::from(pose.max[a]) - f64::from(pose.min[a]));
+                x * y + y * z + z * x
+            };
             let weight: f64 = poses.iter().map(|pose| area(pose)).sum();
             let mean = |cost: &dyn Fn(&PoseRecord) -> f64| {
                 let sum: f64 = poses.iter().map(|pose| area(pose) * cost(pose)).sum();

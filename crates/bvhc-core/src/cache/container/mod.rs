@@ -121,7 +121,11 @@ impl Container {
                 self.entries.iter().zip(&self.readable).filter(|(e, _)| e.kind == kind && is_understood(e));
             // How many records it has is not known, or its absence has a rule of its own.
             let optional = matches!(kind, SectionKind::INST | SectionKind::FRAM);
-            if !optional && of_kind.clone().next().is_none() || of_kind.clone().any(|(_, readable)| !readable) {
+            let is_refused = self.entries.iter().any(|e| e.kind == kind && !is_understood(e));
+            if !optional && of_kind.clone().next().is_none()
+                || is_refused
+                || of_kind.clone().any(|(_, readable)| !readable)
+            {
                 continue;
             }
             // In a still file sections with other numbers are refused by their own rule.
