@@ -1,5 +1,7 @@
 //! A sequence: many frames, one file.
 
+mod told;
+
 use super::Empty;
 use super::frames::{Fps, Frames, MOST_FRAMES, OneFrame, TreeChoice};
 use super::inputs;
@@ -17,13 +19,10 @@ use crate::cli::figures;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::progress::Bar;
-use crate::compile::Placing;
-use crate::scene::{self, Animation, Clip, Degenerate, InputFile, ReadOptions, ReadReport, Rounding, Scene, Seconds};
-use crate::sequence::{
-    FrameLabel, FrameOutcome, Incoming, Preparer, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees,
-};
-use std::path::PathBuf;
+use crate::scene::{self, Animation, Clip, Degenerate, InputFile, ReadOptions, Scene, Seconds};
+use crate::sequence::{FrameLabel, Incoming, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees};
 use std::time::{Duration, Instant};
+use told::{Arrived, Told, arrive};
 
 /// Frames a second of a clip whose keys are not uniform.
 const FILM: f64 = 24.0;
@@ -71,79 +70,6 @@ struct Ear<'a>(&'a Bar);
 impl Progress for Ear<'_> {
     fn is_cancelled(&self) -> bool {
         self.0.is_cancelled()
-    }
-}
-
-/// What the frames had to say, all together.
-#[derive(Default)]
-struct Told {
-    report: ReadReport,
-    rounding: Rounding,
-    placing: Placing,
-    inputs: Vec<InputFile>,
-    frames: Vec<FrameOutcome>,
-    read_time: Duration,
-    /// The numbers of the frames that did not arrive whole.
-    troubled: Vec<i32>,
-    /// A file that changed between two readings.
-    changed: Option<PathBuf>,
-}
-
-/// What a frame's file or pose had to say.
-struct Arrived {
-    report: ReadReport,
-    rounding: Rounding,
-    inputs: Vec<InputFile>,
-    is_empty: bool,
-    took: Duration,
-}
-
-/// A scene that was read becomes a frame on its way.
-fn arrive(preparer: &Preparer, scene: Scene, label: FrameLabel, took: Duration) -> Result<Incoming<Arrived>, Failure> {
-    let (report, rounding, inputs) = (scene.report.clone(), scene.rounding, scene.inputs.clone());
-    let told = Arrived { report, rounding, inputs, is_empty: scene.meshes.is_empty(), took };
-    Ok(Incoming { frame: preparer.prepare(scene)?, label, told })
-}
-
-impl Told {
-    /// Files that were read. One that is read twice and is another then has changed between.
-    fn inputs(&mut self, inputs: &[InputFile]) {
-        for input in inputs {
-            match self.inputs.iter().find(|known| known.path == input.path) {
-                None => self.inputs.push(input.clone()),
-                Some(known) if known != input => {
-                    self.changed.get_or_insert_with(|| input.path.clone());
-                }
-                Some(_) => {}
-            }
-        }
-    }
-
-    fn frame(&mut self, scene: &Arrived, frame: FrameOutcome, read: &ReadOptions) {
-        let (report, rounding, placing) = (&scene.report, &scene.rounding, &Placing::default());
-        let remarks = Remarks { report, read, rounding, placing };
-        if scene.is_empty || !remarks.warnings(Levels::Two).is_empty() {
-            self.troubled.push(frame.number);
-        }
-        self.read_time += scene.took;
-        self.report.raise(&scene.report);
-        let grid = [self.rounding.grid, scene.rounding.grid].into_iter().flatten();
-        let grid = grid.reduce(|a, b| if b.share > a.share { b } else { a });
-        if scene.rounding.loss.share >= self.rounding.loss.share {
-            self.rounding = scene.rounding;
-        }
-        self.rounding.grid = grid;
-        self.inputs(&scene.inputs);
-        self.placing.collapsed = self.placing.collapsed.max(frame.placing.collapsed);
-        if frame.placing.loss.share >= self.placing.loss.share {
-            self.placing.loss = frame.placing.loss;
-        }
-        for note in &frame.placing.notes {
-            if !self.placing.notes.contains(note) {
-                self.placing.notes.push(note.clone());
-            }
-        }
-        self.frames.push(frame);
     }
 }
 
@@ -426,22 +352,5 @@ fn failure(error: &SequenceError) -> Failure {
     match error {
         SequenceError::Build(error) => caches::build_failure(error),
         SequenceError::Cache(error) => caches::failure(error),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_file_that_is_another_when_it_is_read_again_has_changed() {
-        let input = |blake3: u8| InputFile { path: "a.obj".into(), name: "a.obj".into(), len: 1, blake3: [blake3; 32] };
-        let mut told = Told::default();
-        told.inputs(&[input(1)]);
-        told.inputs(&[input(1)]);
-        assert_eq!((told.inputs.len(), told.changed.clone()), (1, None));
-        told.inputs(&[input(2)]);
-        assert_eq!(told.changed, Some("a.obj".into()));
-        assert_eq!(told.inputs, [input(1)], "what was read first is compared with the file in the end");
     }
 }

@@ -1,0 +1,105 @@
+//! What the frames of a sequence had to say.
+
+use crate::build::Levels;
+use crate::cli::commands::build::remarks::Remarks;
+use crate::cli::failure::Failure;
+use crate::compile::Placing;
+use crate::scene::{InputFile, ReadOptions, ReadReport, Rounding, Scene};
+use crate::sequence::{FrameLabel, FrameOutcome, Incoming, Preparer};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What the frames had to say, all together.
+#[derive(Default)]
+pub struct Told {
+    pub report: ReadReport,
+    pub rounding: Rounding,
+    pub placing: Placing,
+    pub inputs: Vec<InputFile>,
+    pub frames: Vec<FrameOutcome>,
+    pub read_time: Duration,
+    /// The numbers of the frames that did not arrive whole.
+    pub troubled: Vec<i32>,
+    /// A file that changed between two readings.
+    pub changed: Option<PathBuf>,
+}
+
+/// What a frame's file or pose had to say.
+pub struct Arrived {
+    report: ReadReport,
+    rounding: Rounding,
+    inputs: Vec<InputFile>,
+    is_empty: bool,
+    took: Duration,
+}
+
+/// A scene that was read becomes a frame on its way.
+pub fn arrive(
+    preparer: &Preparer,
+    scene: Scene,
+    label: FrameLabel,
+    took: Duration,
+) -> Result<Incoming<Arrived>, Failure> {
+    let (report, rounding, inputs) = (scene.report.clone(), scene.rounding, scene.inputs.clone());
+    let told = Arrived { report, rounding, inputs, is_empty: scene.meshes.is_empty(), took };
+    Ok(Incoming { frame: preparer.prepare(scene)?, label, told })
+}
+
+impl Told {
+    /// Files that were read. One that is read twice and is another then has changed between.
+    pub fn inputs(&mut self, inputs: &[InputFile]) {
+        for input in inputs {
+            match self.inputs.iter().find(|known| known.path == input.path) {
+                None => self.inputs.push(input.clone()),
+                Some(known) if known != input => {
+                    self.changed.get_or_insert_with(|| input.path.clone());
+                }
+                Some(_) => {}
+            }
+        }
+    }
+
+    pub fn frame(&mut self, scene: &Arrived, frame: FrameOutcome, read: &ReadOptions) {
+        let (report, rounding, placing) = (&scene.report, &scene.rounding, &Placing::default());
+        let remarks = Remarks { report, read, rounding, placing };
+        if scene.is_empty || !remarks.warnings(Levels::Two).is_empty() {
+            self.troubled.push(frame.number);
+        }
+        self.read_time += scene.took;
+        self.report.raise(&scene.report);
+        let grid = [self.rounding.grid, scene.rounding.grid].into_iter().flatten();
+        let grid = grid.reduce(|a, b| if b.share > a.share { b } else { a });
+        if scene.rounding.loss.share >= self.rounding.loss.share {
+            self.rounding = scene.rounding;
+        }
+        self.rounding.grid = grid;
+        self.inputs(&scene.inputs);
+        self.placing.collapsed = self.placing.collapsed.max(frame.placing.collapsed);
+        if frame.placing.loss.share >= self.placing.loss.share {
+            self.placing.loss = frame.placing.loss;
+        }
+        for note in &frame.placing.notes {
+            if !self.placing.notes.contains(note) {
+                self.placing.notes.push(note.clone());
+            }
+        }
+        self.frames.push(frame);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_another_when_it_is_read_again_has_changed() {
+        let input = |blake3: u8| InputFile { path: "a.obj".into(), name: "a.obj".into(), len: 1, blake3: [blake3; 32] };
+        let mut told = Told::default();
+        told.inputs(&[input(1)]);
+        told.inputs(&[input(1)]);
+        assert_eq!((told.inputs.len(), told.changed.clone()), (1, None));
+        told.inputs(&[input(2)]);
+        assert_eq!(told.changed, Some("a.obj".into()));
+        assert_eq!(told.inputs, [input(1)], "what was read first is compared with the file in the end");
+    }
+}
