@@ -31,6 +31,12 @@ impl AlignedBytes {
         &bytemuck::cast_slice(&self.lines)[..self.len]
     }
 
+    /// The bytes as records; none where they are no whole number of these.
+    #[cfg(feature = "zstd")]
+    pub fn records_mut<T: bytemuck::Pod>(&mut self) -> &mut [T] {
+        bytemuck::try_cast_slice_mut(self.as_mut_slice()).unwrap_or_default()
+    }
+
     pub fn as_mut_slice(&mut self) -> &mut [u8] {
         &mut bytemuck::cast_slice_mut(&mut self.lines)[..self.len]
     }

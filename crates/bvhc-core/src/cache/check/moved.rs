@@ -104,7 +104,7 @@ impl Decoder<'_, '_> {
                 else {
                     return Ok(None);
                 };
-                let Some(to) = records_mut::<Node>(raw.as_mut_slice()).get_mut(nodes) else { return Ok(None) };
+                let Some(to) = raw.records_mut::<Node>().get_mut(nodes) else { return Ok(None) };
                 self.blocks.nodes(row, &shape, &positions, to).map_err(refuse)?;
                 continue;
             }
@@ -122,7 +122,7 @@ impl Decoder<'_, '_> {
             let base = base.as_ref().map(|(vertices, weights)| Base { vertices, weights });
             let mut positions = vec![[0.0; 3]; vertices.len()];
             self.blocks.pose(row, packed.as_slice(), base, &mut positions).map_err(refuse)?;
-            let Some(to) = records_mut::<Point>(raw.as_mut_slice()).get_mut(vertices) else { return Ok(None) };
+            let Some(to) = raw.records_mut::<Point>().get_mut(vertices) else { return Ok(None) };
             to.copy_from_slice(&positions);
         }
         check_raw(&entry, raw.as_slice(), self.exec)?;
@@ -162,8 +162,4 @@ impl Decoder<'_, '_> {
 /// Records of bytes that start anywhere.
 fn read<T: bytemuck::Pod>(bytes: &[u8]) -> Vec<T> {
     bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
-}
-
-fn records_mut<T: bytemuck::Pod>(bytes: &mut [u8]) -> &mut [T] {
-    bytemuck::try_cast_slice_mut(bytes).unwrap_or_default()
 }

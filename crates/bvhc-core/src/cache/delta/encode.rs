@@ -1,6 +1,6 @@
 use std::io;
 
-use super::links;
+use super::links::{self, Link};
 use super::ranks::base_of;
 use super::residuals::{self, Base};
 use super::weights::Kept;
@@ -25,7 +25,7 @@ struct Track {
     /// Rank and vertices, ascending; the first is that of rank 0.
     bases: Vec<(u32, Vec<Point>)>,
     /// Shape of the tree in the first pose.
-    shape: Vec<[u32; 2]>,
+    shape: Vec<Link>,
 }
 
 /// What a file has of a block.
@@ -65,8 +65,10 @@ impl Encoder {
             let vertices = block.vertices.get(piece(pose.vertex_offset, topology.vertex_count));
             let mine = triangles.get(piece(topology.ref_offset, topology.ref_count));
             let (Some(nodes), Some(vertices), Some(mine)) = (nodes, vertices, mine) else { return Ok([None, None]) };
-            let shape = self.shape(pose.topology, nodes);
-            shapes = shapes.zip(shape).filter(|_| follows(nodes, mine, vertices)).map(|(mut all, shape)| {
+            let links = super::blocks::shape_of(nodes);
+            let follows = follows(nodes, &links, mine, vertices);
+            let shape = self.shape(pose.topology, nodes, links);
+            shapes = shapes.zip(shape).filter(|_| follows).map(|(mut all, shape)| {
                 all.extend(shape);
                 all
             });
@@ -82,9 +84,8 @@ impl Encoder {
     }
 
     /// The bytes of a pose's shape, none if its topology has one; `None` where it is another than that.
-    fn shape(&mut self, topology: u32, nodes: &[Node]) -> Option<Vec<u8>> {
+    fn shape(&mut self, topology: u32, nodes: &[Node], shape: Vec<Link>) -> Option<Vec<u8>> {
         let track = self.track(topology);
-        let shape = super::blocks::shape_of(nodes);
         if track.count == 0 {
             let packed = links::encode(nodes);
             track.shape = if packed.is_some() { shape } else { Vec::new() };
@@ -127,9 +128,8 @@ impl Encoder {
 }
 
 /// Whether the nodes are those that are fitted to the vertices.
-fn follows(nodes: &[Node], triangles: &[IndexedTriangleRecord], vertices: &[Point]) -> bool {
+fn follows(nodes: &[Node], shape: &[Link], triangles: &[IndexedTriangleRecord], vertices: &[Point]) -> bool {
     let mut fitted = nodes.to_vec();
-    let shape = super::blocks::shape_of(nodes);
-    links::fit(&shape, triangles, vertices, &mut fitted).is_ok()
+    links::fit(shape, triangles, vertices, &mut fitted).is_ok()
         && bytemuck::cast_slice::<_, u8>(&fitted) == bytemuck::cast_slice::<_, u8>(nodes)
 }

@@ -52,7 +52,7 @@ impl<'a> Prediction<'a> {
     }
 
     /// The integers that are expected of vertex `v`, and the coordinates of the base.
-    fn expect(&self, v: usize) -> ([i32; 3], [f64; 3]) {
+    fn next(&self, v: usize) -> ([i32; 3], [f64; 3]) {
         let (start, motion) = (self.start(v), self.motion(v));
         let mut expected = [0; 3];
         for axis in 0..3 {
@@ -103,7 +103,7 @@ pub fn decode(packed: &[u8], base: Option<Base<'_>>, out: &mut [Point]) -> Resul
     let count = out.len();
     let mut prediction = Prediction::new(base, scale, count);
     for (v, position) in out.iter_mut().enumerate() {
-        let (expected, start) = prediction.expect(v);
+        let (expected, start) = prediction.next(v);
         let mut integers = [0; 3];
         for axis in 0..3 {
             let byte = |i: usize| planes[(4 * axis + i) * count + v]; // 12 planes of `count` bytes, which were counted above
@@ -123,7 +123,7 @@ pub fn encode(vertices: &[Point], base: Option<Base<'_>>) -> Vec<u8> {
     let planes = &mut out[HEAD..];
     let mut prediction = Prediction::new(base, scale, vertices.len());
     for (v, position) in vertices.iter().enumerate() {
-        let (expected, start) = prediction.expect(v);
+        let (expected, start) = prediction.next(v);
         let integers = position.map(|x| if scale == 0.0 { ordered(x) } else { lattice(x, scale) });
         for axis in 0..3 {
             let folded = fold(integers[axis].wrapping_sub(expected[axis])).to_le_bytes();

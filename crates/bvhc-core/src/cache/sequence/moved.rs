@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use super::Frames;
+use super::frame::records;
 use crate::cache::aligned::AlignedBytes;
 use crate::cache::decode::{Decoded, check_raw, undecoded, unpack_delta};
 use crate::cache::delta::{Base, Blocks, Link, Ranks, Weights, shape_of};
@@ -123,7 +124,7 @@ impl<'f, 'a> Walk<'f, 'a> {
         for row in self.blocks.rows(block) {
             self.visit(row as u32)?;
             let [_, place] = self.blocks.places(row).map_err(|why| undecoded(&entry, why))?;
-            let to = records_mut(raw.as_mut_slice()).get_mut(place);
+            let to = raw.records_mut().get_mut(place);
             let from =
                 self.poses.get(&(row as u32)).filter(|from| to.as_ref().is_some_and(|to| to.len() == from.len()));
             let (Some(to), Some(from)) = (to, from) else { continue }; // the rows were asked when the file was opened
@@ -141,7 +142,7 @@ impl<'f, 'a> Walk<'f, 'a> {
             let refuse = |why: String| undecoded(&entry, why);
             let [nodes, mine] = self.blocks.places(row).map_err(refuse)?;
             let shape = self.shape(self.blocks.poses[row].topology)?;
-            let (to, vertices) = (records_mut(raw.as_mut_slice()).get_mut(nodes), vertices.get(mine));
+            let (to, vertices) = (raw.records_mut().get_mut(nodes), vertices.get(mine));
             let (Some(to), Some(vertices)) = (to, vertices) else { continue };
             self.blocks.nodes(row, &shape, vertices, to).map_err(refuse)?;
         }
@@ -237,12 +238,4 @@ impl<'f, 'a> Walk<'f, 'a> {
         }
         Some(Ok(weights))
     }
-}
-
-fn records<T: bytemuck::Pod>(bytes: &[u8]) -> &[T] {
-    bytemuck::try_cast_slice(bytes).unwrap_or_default()
-}
-
-fn records_mut<T: bytemuck::Pod>(bytes: &mut [u8]) -> &mut [T] {
-    bytemuck::try_cast_slice_mut(bytes).unwrap_or_default()
 }
