@@ -8,7 +8,7 @@ use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::table::Table;
-use crate::report::info::FileInfo;
+use crate::report::info::{FileInfo, SectionInfo};
 use crate::size::bytes;
 use clap::Args;
 use serde::Serialize;
@@ -104,6 +104,9 @@ fn text(info: &FileInfo) -> String {
             figures::count(info.instance_count)
         );
     }
+    if info.frame_count > 0 {
+        rows.push(("frames", figures::counted(u64::from(info.frame_count), "frame", "frames")));
+    }
     rows.push(("tree", tree));
     rows.push(("flags", info.tree_flags.names.join(" · ")));
     let b = &info.scene_bounds;
@@ -111,9 +114,10 @@ fn text(info: &FileInfo) -> String {
     rows.push(("content", info.content_id.clone()));
     rows.push(("build", info.build_key.clone()));
     rows.push(("file", format!("{}  {}", info.file_id, bytes(info.file_len))));
-    let short = |s: &crate::report::info::SectionInfo| format!("{} {} {}", s.kind, bytes(s.stored_len), s.codec);
-    let mut named: Vec<String> = info.sections.iter().take(MOST_LINES).map(short).collect();
-    named.extend(more(info.sections.len(), "--sections"));
+    let mut named = by_kind(&info.sections);
+    let hidden = more(named.len(), "--sections");
+    named.truncate(MOST_LINES);
+    named.extend(hidden);
     rows.push(("sections", named.join(" · ")));
     if let Some(error) = &info.meta_error {
         rows.push(("meta", format!("not read: {error}")));
@@ -128,6 +132,19 @@ fn text(info: &FileInfo) -> String {
         lines(&mut rows, "note", meta.notes.iter().map(|note| advice::note(note)));
     }
     rows.iter().map(|(label, value)| format!("{label:<9} {}\n", names::escape(value))).collect()
+}
+
+/// The sections of each kind and codec, in the order of the file: how many, unless there is one, and their bytes in the file.
+fn by_kind(sections: &[SectionInfo]) -> Vec<String> {
+    let of_one = |a: &SectionInfo, b: &SectionInfo| (&a.kind, &a.codec) == (&b.kind, &b.codec);
+    let told = |same: &[SectionInfo]| {
+        let [first, others @ ..] = same else { return String::new() };
+        let number =
+            if others.is_empty() { String::new() } else { format!("×{} ", figures::count(same.len() as u64)) };
+        let stored = same.iter().map(|s| s.stored_len).fold(0, u64::saturating_add);
+        format!("{} {number}{} {}", first.kind, bytes(stored), first.codec)
+    };
+    sections.chunk_by(of_one).map(told).collect()
 }
 
 /// Lines of one kind that are shown to people; a file may have tens of thousands.

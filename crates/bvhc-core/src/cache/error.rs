@@ -301,6 +301,9 @@ impl Fault {
         if let Some(breach) = errors().find(|f| f.rule != &rules::E0127) {
             return Err(breach.clone().into());
         }
+        if let Some((needed, limit)) = report.over_limit() {
+            return Err(Fault::Memory { needed, limit });
+        }
         if let Some(why) = report.not_checked.first() {
             return Err(Fault::NotChecked { left_out: why.clone() });
         }
@@ -345,6 +348,14 @@ mod tests {
             assert!(matches!(error, CacheError::Limit { limit: Limited::Machine { .. }, .. }), "{error:?}");
             assert!(error.to_string().contains("not checked: The "), "{error}");
         }
+
+        // Whoever set a limit can raise it.
+        let over = verdict(&|r| {
+            r.exceed(9 << 20, 4 << 20, |needed| format!("the sections take {needed}"));
+            r.skip("The compressed sections.");
+        });
+        let memory = Limited::Memory { needed: 9 << 20, limit: 4 << 20 };
+        assert!(matches!(over, Err(CacheError::Limit { limit, .. }) if limit == memory));
 
         // A rule that is broken all the same says more.
         let both = verdict(&|r| {

@@ -57,7 +57,7 @@ pub fn unpack(stored: &[u8], raw_len: usize, exec: &Executor) -> Result<AlignedB
     let frames = frames(stored, raw_len)?;
     for (i, frame) in frames.iter().enumerate() {
         let block_len = BLOCK_LEN.min(raw_len - i * BLOCK_LEN);
-        check_frame(frame, block_len).map_err(|why| format!("frame {i} {why}"))?;
+        check_frame(frame, block_len).map_err(|why| format!("zstd frame {i} {why}"))?;
     }
     let mut raw = AlignedBytes::zeroed(raw_len)
         .map_err(|_| format!("{raw_len} decoded bytes are more than this machine can hold"))?;
@@ -66,8 +66,8 @@ pub fn unpack(stored: &[u8], raw_len: usize, exec: &Executor) -> Result<AlignedB
         let decompressor = decompressor.as_mut().map_err(|e| format!("zstd does not start: {e}"))?;
         match decompressor.decompress_to_buffer(frame, block) {
             Ok(len) if len == block.len() => Ok(()),
-            Ok(len) => Err(format!("frame {i} must decode to {} bytes and gives {len}", block.len())),
-            Err(e) => Err(format!("frame {i} cannot be decoded: {e}")),
+            Ok(len) => Err(format!("zstd frame {i} must decode to {} bytes and gives {len}", block.len())),
+            Err(e) => Err(format!("zstd frame {i} cannot be decoded: {e}")),
         }
     });
     decoded.into_iter().collect::<Result<(), String>>()?;
@@ -81,26 +81,26 @@ fn frames(stored: &[u8], raw_len: usize) -> Result<Vec<&[u8]>, String> {
     match (word(0), word(4)) {
         (Some(stated), Some(0)) if stated as usize == count => {}
         (Some(stated), Some(0)) => {
-            return Err(format!("{raw_len} bytes make {count} frames and the table states {stated}"));
+            return Err(format!("{raw_len} bytes make {count} zstd frames and the table states {stated}"));
         }
-        _ => return Err("the frame table is cut short or its second word is not zero".into()),
+        _ => return Err("the table of zstd frames is cut short or its second word is not zero".into()),
     }
     let table_end = count.checked_mul(4).and_then(|n| n.checked_add(8)).filter(|&end| end <= stored.len());
     let Some(mut at) = table_end else {
-        return Err(format!("the frame table of {count} frames reaches beyond {} stored bytes", stored.len()));
+        return Err(format!("the table of {count} zstd frames reaches beyond {} stored bytes", stored.len()));
     };
     let mut frames = Vec::with_capacity(count);
     for i in 0..count {
         let len = word(8 + 4 * i).unwrap_or(0) as usize;
         let frame = at.checked_add(len).and_then(|end| stored.get(at..end));
         let Some(frame) = frame else {
-            return Err(format!("frame {i} reaches beyond {} stored bytes", stored.len()));
+            return Err(format!("zstd frame {i} reaches beyond {} stored bytes", stored.len()));
         };
         frames.push(frame);
         at += len;
     }
     if at != stored.len() {
-        return Err(format!("the frames must end at byte {} of the section and end at {at}", stored.len()));
+        return Err(format!("the zstd frames must end at byte {} of the section and end at {at}", stored.len()));
     }
     Ok(frames)
 }
@@ -108,7 +108,7 @@ fn frames(stored: &[u8], raw_len: usize) -> Result<Vec<&[u8]>, String> {
 /// Hold a frame's own header against what the section promises (RFC 8878, section 3.1.1).
 fn check_frame(frame: &[u8], block_len: usize) -> Result<(), String> {
     if frame.get(..4) != Some(&[0x28, 0xb5, 0x2f, 0xfd]) {
-        return Err("is not a zstd frame".into());
+        return Err("does not begin with the magic number of zstd".into());
     }
     let Some(&descriptor) = frame.get(4) else { return Err("is cut short".into()) };
     if descriptor & 3 != 0 {

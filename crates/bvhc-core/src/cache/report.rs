@@ -6,6 +6,7 @@ use serde::ser::{Serialize, SerializeStruct, Serializer};
 
 use super::rules::{self, Rule, Severity};
 use crate::layout::{SectionEntry, SectionKind};
+use crate::size;
 
 /// Where something was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -132,6 +133,8 @@ pub struct Report {
     pub not_checked: Vec<String>,
     /// Parts that were not looked into beyond those that are listed.
     also_not_checked: u64,
+    /// Bytes that the sections take and may take, where these are more.
+    over_limit: Option<(u128, u64)>,
     tallies: BTreeMap<&'static str, Tally>,
     max_issues: usize,
 }
@@ -227,6 +230,20 @@ impl Report {
         self.skip(format!("{what}: there is not enough memory."));
     }
 
+    /// Say that the sections take `needed` bytes of memory, and that the limit that somebody set is below that. `actual` says it in words.
+    pub(super) fn exceed(&mut self, needed: u128, limit: u64, actual: impl FnOnce(String) -> String) {
+        self.add(&rules::E0127, Place::file(), || {
+            let [needed, limit] = size::beyond(needed, limit);
+            (limit, actual(needed))
+        });
+        self.over_limit.get_or_insert((needed, limit));
+    }
+
+    /// Bytes that the sections take and may take, where the limit keeps them from being read.
+    pub(super) fn over_limit(&self) -> Option<(u128, u64)> {
+        self.over_limit
+    }
+
     /// Say how many parts were only counted. For the end of a check.
     pub(super) fn tell_skipped(&mut self) {
         let more = std::mem::take(&mut self.also_not_checked);
@@ -250,5 +267,6 @@ impl Report {
         }
         later.not_checked.into_iter().for_each(|what| self.skip(what));
         self.also_not_checked += later.also_not_checked;
+        self.over_limit = self.over_limit.or(later.over_limit);
     }
 }

@@ -150,7 +150,7 @@ pub fn placing(placed: &Placed) -> String {
     };
     let held = format!("{triangles} held against the model in f64");
     let mut text = match loss.farthest {
-        0.0 => format!("{held}: no corner is moved by rounding\n"),
+        0.0 => format!("{held}: no corner is moved by rounding to f32\n"),
         _ => rounded(&format!("{held}: rounding moves corners"), loss),
     };
     if !read.is_tolerable() {

@@ -9,7 +9,6 @@ use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::exec::Executor;
 use crate::layout::{BlasRecord, SectionEntry, SectionKind, section_flags};
-use crate::size;
 
 /// What became of the sections.
 pub struct Sections<'a> {
@@ -39,10 +38,7 @@ pub fn check<'a>(
     let total: u128 = sections.iter().filter(packed).map(|(i, _)| u128::from(container.entries[*i].raw_len)).sum();
     let fits = total <= u128::from(limits.max_memory);
     if !fits {
-        out.add(&rules::E0127, Place::file(), || {
-            let [total, limit] = size::beyond(total, limits.max_memory);
-            (limit, format!("the sections decode to {total}"))
-        });
+        out.exceed(total, limits.max_memory, |total| format!("the sections decode to {total}"));
         out.skip("The compressed sections: they are larger than the memory limit.");
     }
     let look = |i: usize, stored: Option<&'a [u8]>, may: May| {
@@ -116,13 +112,13 @@ fn check_section<'a>(
 ) -> Option<Decoded<'a>> {
     if let Err(damage) = check_stored(entry, stored, exec) {
         out.add_finding(damage);
-        out.skip(format!("Section {}: it is damaged.", entry.kind));
+        out.skip(format!("Section {}: it is damaged.", Place::of(entry)));
         return None;
     }
     match entry.codec {
         SectionEntry::RAW => Some(Decoded::InFile(stored)),
         SectionEntry::ZSTD | SectionEntry::DELTA if may == May::OnlyOthers && entry.is(section_flags::CONTENT) => {
-            out.skip(format!("Section {}: it is not decoded, for the counts contradict each other.", entry.kind));
+            out.skip(format!("Section {}: it is not decoded, for the counts contradict each other.", Place::of(entry)));
             None
         }
         #[cfg(not(feature = "zstd"))]
@@ -130,7 +126,7 @@ fn check_section<'a>(
             if let (true, Err(found)) = (entry.is(section_flags::CRITICAL), unpack(entry, stored, 0, exec)) {
                 out.add_finding(found);
             }
-            out.skip(format!("Section {}: bvhc-core was built without its feature `zstd`.", entry.kind));
+            out.skip(format!("Section {}: bvhc-core was built without its feature `zstd`.", Place::of(entry)));
             None
         }
         #[cfg(feature = "zstd")]
@@ -143,7 +139,7 @@ fn check_section<'a>(
                     let why =
                         if found.rule == &rules::E0202 { "decodes to something else" } else { "cannot be decoded" };
                     out.add_finding(found);
-                    out.skip(format!("Section {}: it {why}.", entry.kind));
+                    out.skip(format!("Section {}: it {why}.", Place::of(entry)));
                     None
                 }
             }

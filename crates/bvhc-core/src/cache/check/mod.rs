@@ -32,10 +32,8 @@ use super::aligned::AlignedBytes;
 use super::container::Container;
 use super::decode::Decoded;
 use super::meta::Meta;
-use super::rules;
 use crate::exec::Executor;
 use crate::layout::{Names, SectionEntry, SectionKind, View, tree_flags};
-use crate::size;
 
 pub use super::container::hex;
 pub use super::report::{Finding, Place, Report};
@@ -140,16 +138,20 @@ fn align(decoded: &mut [Option<Decoded<'_>>], limits: &Limits, out: &mut Report)
         if bytes.as_ptr().align_offset(8) == 0 {
             continue;
         }
-        let copy = if bytes.len() as u64 <= left { AlignedBytes::zeroed(bytes.len()).ok() } else { None };
-        left -= copy.as_ref().map_or(0, |_| bytes.len() as u64);
-        *section = copy.map(|mut copy| {
+        let len = bytes.len() as u64;
+        if len > left {
+            let needed = u128::from(limits.max_memory - left) + u128::from(len);
+            out.exceed(needed, limits.max_memory, |needed| format!("to align the sections takes {needed}"));
+            *section = None;
+            continue;
+        }
+        left -= len;
+        *section = AlignedBytes::zeroed(bytes.len()).ok().map(|mut copy| {
             copy.as_mut_slice().copy_from_slice(bytes);
             Decoded::Owned(copy)
         });
         if section.is_none() {
-            out.add(&rules::E0127, Place::file(), || {
-                (size::bytes(limits.max_memory).to_string(), "to align the sections takes more".into())
-            });
+            out.starve(Place::file(), "Sections that are not aligned");
         }
     }
 }

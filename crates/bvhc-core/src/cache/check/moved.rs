@@ -6,7 +6,7 @@ use crate::cache::container::Container;
 use crate::cache::decode::{Decoded, check_raw, undecoded, unpack_delta};
 use crate::cache::delta::{Base, Blocks, Kept, Ranks, shape_of};
 use crate::cache::poses::Rows;
-use crate::cache::report::{Finding, Report};
+use crate::cache::report::{Finding, Place, Report};
 use crate::exec::Executor;
 use crate::geom::Point;
 use crate::layout::{
@@ -65,10 +65,7 @@ pub fn decode(
                 Err(found) => out.add_finding(found),
             }
             if decoder.decoded[index].is_none() {
-                out.skip(format!(
-                    "Section {} {} and the blocks behind it: it cannot be decoded.",
-                    entry.kind, entry.ordinal
-                ));
+                out.skip(format!("Section {} and the blocks behind it: it cannot be decoded.", Place::of(&entry)));
                 return;
             }
         }

@@ -6,7 +6,7 @@ use super::boxes::{bits, show};
 use super::content::{check_records, check_top};
 use super::{Bits, Limits, instances, provenance, records, sides, vertices};
 use crate::cache::container::{Container, First};
-use crate::cache::poses::{Posed, Rows, parts_of};
+use crate::cache::poses::{PoseRows, Posed, Rows, parts_of};
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::exec::Executor;
@@ -147,17 +147,8 @@ impl<'a> Content<'a> {
     /// The rows were asked before.
     fn posed(&self, number: usize) -> Option<Posed<'a>> {
         let pose = self.poses.get(number)?;
-        let topology = self.topologies.get(pose.topology as usize)?;
         let (nodes, vertices) = *self.blocks.get(pose.block as usize)?;
-        let piece = |offset: u64, count: u32| offset as usize..offset as usize + count as usize;
-        Some(Posed {
-            pose,
-            topology,
-            nodes: nodes.get(piece(pose.node_offset, topology.node_count))?,
-            vertices: vertices.get(piece(pose.vertex_offset, topology.vertex_count))?,
-            corners: self.corners.get(piece(topology.ref_offset, topology.ref_count))?,
-            geoms: self.geoms,
-        })
+        PoseRows { topologies: self.topologies, corners: self.corners, geoms: self.geoms }.posed(pose, nodes, vertices)
     }
 }
 

@@ -3,5 +3,5 @@
 mod pose;
 mod rows;
 
-pub use pose::Posed;
+pub use pose::{PoseRows, Posed};
 pub use rows::{Rows, parts_of};

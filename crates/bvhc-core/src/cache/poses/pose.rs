@@ -20,6 +20,38 @@ pub struct Posed<'a> {
     pub geoms: &'a [GeomRecord],
 }
 
+/// The rows of a sequence that say which records a pose consists of.
+#[derive(Clone, Copy)]
+pub struct PoseRows<'a> {
+    pub topologies: &'a [TopologyRecord],
+    /// All of `TRIX`.
+    pub corners: &'a [IndexedTriangleRecord],
+    /// All rows of `GEOM`.
+    pub geoms: &'a [GeomRecord],
+}
+
+impl<'a> PoseRows<'a> {
+    /// A pose out of the nodes and vertices of its block; `None` where it reaches beyond them.
+    pub fn posed(self, pose: &'a PoseRecord, nodes: &'a [Node], vertices: &'a [[f32; 3]]) -> Option<Posed<'a>> {
+        let PoseRows { topologies, corners, geoms } = self;
+        let topology = topologies.get(pose.topology as usize)?;
+        Some(Posed {
+            pose,
+            topology,
+            nodes: nodes.get(piece(pose.node_offset, topology.node_count)?)?,
+            vertices: vertices.get(piece(pose.vertex_offset, topology.vertex_count)?)?,
+            corners: corners.get(piece(topology.ref_offset, topology.ref_count)?)?,
+            geoms,
+        })
+    }
+}
+
+/// `count` records from `offset` on.
+fn piece(offset: u64, count: u32) -> Option<Range<usize>> {
+    let start = usize::try_from(offset).ok()?;
+    Some(start..start.checked_add(count as usize)?)
+}
+
 impl Posed<'_> {
     /// The triangles as a still file has them. `parts` are the topology's rows of `GEOM`; rows are numbered from `first` on, as they stand
     /// where the triangles go.

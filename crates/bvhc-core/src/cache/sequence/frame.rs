@@ -8,7 +8,7 @@ use crate::cache::container::First;
 use crate::cache::decode::{Decoded, check_stored, unpack};
 use crate::cache::error::{CacheError, Fault};
 use crate::cache::open::is_of_frames;
-use crate::cache::poses::Posed;
+use crate::cache::poses::{PoseRows, Posed};
 use crate::cache::report::{Finding, Place};
 use crate::cache::rules::{self, Rule};
 use crate::exec::Executor;
@@ -248,22 +248,9 @@ impl Frames<'_> {
         nodes: &'b [Node],
         vertices: &'b [[f32; 3]],
     ) -> Result<Posed<'b>, Fault> {
-        let piece = |offset: u64, count: u32| {
-            let start = usize::try_from(offset).ok()?;
-            Some(start..start.checked_add(count as usize)?)
-        };
-        let found = self.topologies().get(pose.topology as usize).and_then(|topology| {
-            Some(Posed {
-                pose,
-                topology,
-                nodes: nodes.get(piece(pose.node_offset, topology.node_count)?)?,
-                vertices: vertices.get(piece(pose.vertex_offset, topology.vertex_count)?)?,
-                corners: self.indexed_triangles().get(piece(topology.ref_offset, topology.ref_count)?)?,
-                geoms: self.geoms(),
-            })
-        });
+        let rows = PoseRows { topologies: self.topologies(), corners: self.indexed_triangles(), geoms: self.geoms() };
         // Opening asked the rows, so that this finds nothing.
-        found.ok_or_else(|| {
+        rows.posed(pose, nodes, vertices).ok_or_else(|| {
             let (expected, actual) = ("records of its block and its topology", "it reaches beyond them");
             Finding::new(&rules::E0702, Place::section(SectionKind::POSE), expected.into(), actual.into()).into()
         })
