@@ -7,6 +7,7 @@ mod records;
 mod section;
 mod sequence;
 mod view;
+mod wide;
 
 pub use header::{
     DELTA_MIN_MINOR, Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MAX_SECTIONS, MIN_MINOR, MINOR, SEQUENCE_MIN_MINOR,
@@ -20,3 +21,4 @@ pub use records::{
 pub use section::{KINDS, KindRule, Presence, SectionEntry, SectionKind, minor_of, section_flags};
 pub use sequence::{FrameRecord, IndexedTriangleRecord, PoseRecord, TopologyRecord};
 pub use view::{BlasView, View};
+pub use wide::WideNode;

@@ -8,6 +8,7 @@ use super::hit::{BatchError, Best, Hit, Malformed};
 use super::intersect::EdgeRay;
 use super::moving::Moving;
 use super::observe::NoObserver;
+use super::place::Place;
 use super::slab::Conservative;
 use super::source::Records;
 use super::traverse::{Bottom, FARTHEST, Stack, is_usable, slabs_for, walk};
@@ -105,9 +106,8 @@ fn trace<const ANY: bool>(between: &Between<'_>, ray: &Ray, fraction: f32) -> Re
                 let tree = between.tree(blas as usize);
                 let tree = tree.ok_or(Malformed::BlasOutOfRange { instance: start + i, blas })?;
                 let Some((origin, direction)) = instance.to_object(&mix, origin, direction) else { continue };
-                let first_triangle = tree.first_triangle;
-                let bottom =
-                    Bottom { tree: Moving::new(tree, mix), first_triangle, instance: Some(instance.ends[0].id) };
+                let place = Place { first_triangle: tree.first_triangle, instance: Some(instance.ends[0].id) };
+                let bottom = Bottom { tree: Moving::new(tree, mix), place };
                 if bottom
                     .trace::<ANY, EdgeRay, Conservative>(origin, direction, ray.t_min, best, &mut stack, observer)?
                 {

@@ -14,6 +14,7 @@ mod hit;
 mod intersect;
 mod moving;
 mod observe;
+mod place;
 mod slab;
 mod source;
 mod test;
@@ -21,6 +22,7 @@ mod traverse;
 mod visit;
 mod visit_scene;
 mod way_back;
+pub mod wide;
 
 pub use hit::{BatchError, Hit, Malformed};
 #[cfg(feature = "testing")]

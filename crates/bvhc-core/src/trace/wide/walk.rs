@@ -1,0 +1,201 @@
+//! A ray's walk through wide trees.
+
+use super::boxes::WideSlabs;
+use super::view::WideView;
+use crate::geom::Ray;
+use crate::layout::{TriangleRecord, WideNode};
+use crate::simd::{Floats, Work};
+use crate::trace::bounds::Bounds;
+use crate::trace::hit::{Best, Hit, Malformed};
+use crate::trace::intersect::EdgeRay;
+use crate::trace::observe::Observer;
+use crate::trace::place::Place;
+use crate::trace::slab::{Conservative, Rule, Slabs};
+use crate::trace::test::TriangleTest;
+use crate::trace::traverse::through_levels;
+
+/// What a ray asks of a scene: its closest hit, or with `ANY` the first one found.
+pub struct WideQuery<'a, const ANY: bool, const N: usize, O> {
+    pub scene: &'a WideView<'a, N>,
+    pub ray: &'a Ray,
+    pub observer: &'a mut O,
+}
+
+/// The nodes of one wide tree.
+pub struct WideBottom<'a, const N: usize> {
+    pub nodes: &'a [WideNode<N>],
+    /// [`WideRow::waiting`](super::WideRow::waiting).
+    pub waiting: u32,
+}
+
+impl<const ANY: bool, const N: usize, O: Observer> Work<N> for WideQuery<'_, ANY, N, O> {
+    type Out = Result<Option<Hit>, Malformed>;
+
+    #[inline(always)]
+    fn run<V: Floats<N>>(self, door: V::Door) -> Result<Option<Hit>, Malformed> {
+        let WideQuery { scene, ray, observer } = self;
+        through_levels::<EdgeRay, Conservative, O>(
+            &scene.view,
+            ray,
+            observer,
+            #[inline(always)]
+            |reached, origin, direction, best, observer| {
+                let blas = reached.blas;
+                let wide = scene.tree(blas).ok_or(Malformed::TreeOutOfRange { tree: blas })?;
+                let Some(root) = reached.tree.nodes.first() else { return Ok(false) };
+                let test = EdgeRay::new(origin, direction);
+                let slabs = Slabs::<Conservative>::new(origin, direction, &root.bounds(), ray.t_min);
+                let walk = Walk::<V, N> {
+                    door,
+                    slabs: WideSlabs::new(door, &slabs),
+                    test: &test,
+                    t_min: f64::from(ray.t_min),
+                    place: reached.place,
+                };
+                let triangles = reached.tree.triangles;
+                if wide.waiting as usize <= USUAL {
+                    walk.go::<ANY, USUAL, O>(wide.nodes, triangles, best, observer)
+                } else {
+                    walk.go::<ANY, MOST, O>(wide.nodes, triangles, best, observer)
+                }
+            },
+        )
+    }
+}
+
+/// Children that may wait at once where nothing odd was built. Filling a longer stack with zeros would be felt by each ray.
+const USUAL: usize = 96;
+/// In any tree: seven of each level that a binary tree may have, and all of the node that is entered.
+const MOST: usize = 7 * crate::layout::MAX_DEPTH as usize + 8;
+
+/// A child put off, or taken up: its entry distance and its links.
+#[derive(Clone, Copy, Default)]
+struct Pending {
+    near: f32,
+    first: u32,
+    count: u32,
+}
+
+/// A ray at one tree.
+struct Walk<'a, V: Floats<N>, const N: usize> {
+    door: V::Door,
+    slabs: WideSlabs<V, N>,
+    test: &'a EdgeRay,
+    t_min: f64,
+    place: Place,
+}
+
+impl<V: Floats<N>, const N: usize> Walk<'_, V, N> {
+    #[inline(always)]
+    fn go<const ANY: bool, const STACK: usize, O: Observer>(
+        &self,
+        nodes: &[WideNode<N>],
+        triangles: &[TriangleRecord],
+        best: &mut Best,
+        observer: &mut O,
+    ) -> Result<bool, Malformed> {
+        match self.test.axis() {
+            0 => self.along::<ANY, STACK, 0, O>(nodes, triangles, best, observer),
+            1 => self.along::<ANY, STACK, 1, O>(nodes, triangles, best, observer),
+            _ => self.along::<ANY, STACK, 2, O>(nodes, triangles, best, observer),
+        }
+    }
+
+    /// Visit the leaves that the ray meets, the nearest child of each node first, among equals the first.
+    #[inline(always)]
+    fn along<const ANY: bool, const STACK: usize, const AXIS: usize, O: Observer>(
+        &self,
+        nodes: &[WideNode<N>],
+        triangles: &[TriangleRecord],
+        best: &mut Best,
+        observer: &mut O,
+    ) -> Result<bool, Malformed> {
+        let mut bounds = Bounds::of_wide(nodes, triangles);
+        let mut stack = [Pending::default(); STACK];
+        let mut height = 0;
+        let mut farthest = Conservative::widened(best.limit);
+        let mut end = V::splat(self.door, -farthest);
+        let (mut first, mut count) = (0, 0);
+        loop {
+            if count == 0 {
+                observer.inner_node();
+                let node = bounds.enter_wide(first)?;
+                let (near, mut met) = self.slabs.test(self.door, node, end);
+                let base = height;
+                while met != 0 {
+                    let lane = met.trailing_zeros() as usize % N;
+                    met &= met - 1;
+                    let child = Pending { near: near[lane], first: node.first[lane], count: node.count[lane] };
+                    if child.first | child.count == 0 {
+                        continue;
+                    }
+                    if height >= STACK {
+                        return too_deep();
+                    }
+                    // The nearest on top, and of equals the first.
+                    let mut at = height;
+                    while at > base && stack[at - 1].near <= child.near {
+                        stack[at] = stack[at - 1];
+                        at -= 1;
+                    }
+                    stack[at] = child;
+                    height += 1;
+                }
+            } else {
+                let items = bounds.leaf(first, count)?;
+                if self.leaf::<ANY, AXIS, O>(first as usize, items, best, observer) {
+                    return Ok(true);
+                }
+                farthest = Conservative::widened(best.limit);
+                end = V::splat(self.door, -farthest);
+            }
+
+            // Take up the next child that is not behind the best hit. No height is beyond the stack, which the remainder tells the compiler.
+            loop {
+                if height == 0 {
+                    return Ok(false);
+                }
+                height -= 1;
+                let next = stack[height % STACK];
+                if next.near <= farthest {
+                    (first, count) = (next.first, next.count);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// The triangles of a leaf, four at a time: most misses are proved for all four at once.
+    #[inline(always)]
+    fn leaf<const ANY: bool, const AXIS: usize, O: Observer>(
+        &self,
+        start: usize,
+        triangles: &[TriangleRecord],
+        best: &mut Best,
+        observer: &mut O,
+    ) -> bool {
+        for (number, group) in triangles.chunks(4).enumerate() {
+            let last = group.len() - 1;
+            group.iter().for_each(|_| observer.triangle());
+            let mut left = self.test.may_cross::<AXIS>([0, 1, 2, 3].map(|lane: usize| &group[lane.min(last)]));
+            left &= (1 << group.len()) - 1;
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize % 4;
+                left &= left - 1;
+                let Some(triangle) = group.get(lane) else { break };
+                if let Some(c) = self.test.decide::<AXIS>(triangle) {
+                    let slot = start + 4 * number + lane;
+                    if self.place.offer(c, triangle, slot, self.t_min, best, observer) && ANY {
+                        return true;
+                    }
+                }
+            }
+        }
+        false
+    }
+}
+
+#[cold]
+fn too_deep() -> Result<bool, Malformed> {
+    Err(Malformed::TooDeep)
+}
