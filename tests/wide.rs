@@ -13,7 +13,7 @@ use bvhc::trace::brute::{Oracle, Order};
 use bvhc::trace::compare::judge;
 use bvhc::trace::rays::Sampler;
 use bvhc::trace::rays::grid::GridScene;
-use bvhc::trace::wide::{Collapse, WideTrees};
+use bvhc::trace::wide::{Collapse, CompactTrees, WideRecord, WideTrees, WideView};
 use bvhc::trace::{Counters, Hit, any_hit, closest_hit};
 use common::meshes::{cube, place, scene_of, sphere, visible};
 use common::scenes::{model_files, real_scenes, samples_dir};
@@ -36,13 +36,13 @@ fn is_whole(view: &View<'_>) -> bool {
     view.triangles.iter().all(|t| t.flags == 0)
 }
 
-/// Every ray in wide trees of `N` lanes as in the binary ones, by the widest instructions and by the narrowest, which enter the same nodes. Returns how many hit.
-fn assert_equal<const N: usize>(name: &str, view: &View<'_>, rays: &[Ray]) -> usize
+/// Every ray in some wide trees as in the binary ones, by the widest instructions and by the narrowest, which enter the same nodes. Returns how many hit.
+fn assert_equal<const N: usize, T: WideRecord<N>>(name: &str, wide: &WideView<'_, N, T>, rays: &[Ray]) -> usize
 where
     Widest: Runs<N>,
 {
-    let trees = WideTrees::<N>::new(view, &Collapse::default()).expect("trees");
-    let (wide, whole) = (trees.view(view), is_whole(view));
+    let view = &wide.view;
+    let whole = is_whole(view);
     let mut hits = 0;
     for ray in rays {
         let (want, any) = (closest_hit(view, ray).unwrap(), any_hit(view, ray).unwrap());
@@ -59,13 +59,32 @@ where
         assert_eq!((bits(view, narrow.0), narrow.1, narrow.2), (bits(view, hit), found, counters), "{name}: {ray:?}");
         hits += usize::from(hit.is_some());
     }
+    let mut together = vec![None; rays.len()];
+    wide.closest_hits(rays, &mut together, &Executor::new(3).unwrap()).unwrap();
+    assert_eq!(together.iter().filter(|hit| hit.is_some()).count(), hits, "{name}");
     hits
 }
 
-/// Both widths. Rays of each set must hit something, or the test would show little.
-fn assert_both(name: &str, view: &View<'_>, rays: &[Ray]) {
-    let hits = [assert_equal::<4>(name, view, rays), assert_equal::<8>(name, view, rays)];
-    assert!(hits[0] == hits[1] && (hits[0] > 0 || view.triangles.is_empty() || rays.len() < 100), "{name}: {hits:?}");
+/// All forms, which hit as often.
+fn hits_of_all(name: &str, view: &View<'_>, rays: &[Ray]) -> usize {
+    let eight = WideTrees::<8>::new(view, &Collapse::default()).expect("trees");
+    let compact = CompactTrees::new(&eight);
+    let hits = [
+        assert_equal(
+            &format!("{name}, wide"),
+            &WideTrees::<4>::new(view, &Collapse::default()).unwrap().view(view),
+            rays,
+        ),
+        assert_equal(&format!("{name}, wide"), &eight.view(view), rays),
+        assert_equal(&format!("{name}, compact"), &compact.view(view), rays),
+    ];
+    assert_eq!([hits[0]; 3], hits, "{name}");
+    hits[0]
+}
+
+/// Some rays must hit something, or the test would show little.
+fn assert_all(name: &str, view: &View<'_>, rays: &[Ray]) {
+    assert!(hits_of_all(name, view, rays) > 0, "{name}");
 }
 
 fn recipe(method: Method, levels: Levels) -> BuildOptions {
@@ -79,7 +98,7 @@ fn every_method_s_tree_answers_alike() {
         for max_leaf in [1, 4, 255] {
             let options = BuildOptions { max_leaf, ..recipe(method, Levels::One) };
             let image = build(&scene_of(sphere(10, 1.0, [0.0; 3])), &options);
-            assert_both(&format!("{method:?}, leaves of {max_leaf}"), &image.view(), &sampled);
+            assert_all(&format!("{method:?}, leaves of {max_leaf}"), &image.view(), &sampled);
         }
     }
 }
@@ -109,14 +128,14 @@ fn scenes_that_seek_trouble_answer_alike() {
         ("large triangles, often cut", soup(200, 1.5, 2)),
         ("one", soup(1, 1.0, 3)),
         ("two", soup(2, 1.0, 4)),
-        ("instances", place(cube(4, |p| p.map(|v| v as f32)), &[Affine::IDENTITY, turned, turned.compose(&turned)])),
+        ("instances", place(cube(4, |p| p.map(|v| v as f32)), &[Affine::IDENTITY, turned, turned.then_inner(&turned)])),
     ];
     for (name, scene) in scenes {
         let rays = Sampler::new(&scene).mixed(4_000, 5);
         let levels: &[Levels] = if scene.instances.len() > 1 { &[Levels::One, Levels::Two] } else { &[Levels::One] };
         for (method, levels) in levels.iter().flat_map(|l| [Method::Sbvh, Method::Sweep].map(|m| (m, *l))) {
             let image = build(&scene, &recipe(method, levels));
-            assert_both(&format!("{name}, {method:?}, {levels:?}"), &image.view(), &rays);
+            assert_all(&format!("{name}, {method:?}, {levels:?}"), &image.view(), &rays);
         }
     }
 }
@@ -131,7 +150,7 @@ fn grids_answer_as_brute_force_does() {
         let levels = if scene.instances.len() > 1 { Levels::Two } else { Levels::One };
         let image = build(&scene, &recipe([Method::Sbvh, Method::Sweep][seed as usize % 2], levels));
         let view = image.view();
-        assert_both(&format!("grid {seed}"), &view, &rays);
+        assert_all(&format!("grid {seed}"), &view, &rays);
 
         let oracle = Oracle::of_file(&scene, &view, &exec);
         let trees = WideTrees::<8>::new(&view, &Collapse::default()).unwrap();
@@ -153,13 +172,12 @@ fn rays_that_ask_nothing_and_scenes_without_triangles_meet_nothing() {
         Ray { t_min: 2.0, t_max: 1.0, ..ray([1.0, 0.0, 0.0]) },
         Ray { origin: [f32::NAN; 3], ..ray([1.0, 0.0, 0.0]) },
     ];
-    assert_eq!(assert_equal::<8>("odd rays", &image.view(), &odd), 0);
+    assert_eq!(hits_of_all("odd rays", &image.view(), &odd), 0);
     // Directions too short for a reciprocal: no axis counts, and every box is met, those of unused lanes too.
     let short = [ray([1.0e-40, 0.0, 0.0]), ray([1.0e-44, -1.0e-42, 1.0e-44])];
-    assert_eq!(assert_equal::<8>("short rays", &image.view(), &short), 2);
-    assert_eq!(assert_equal::<4>("short rays", &image.view(), &short), 2);
+    assert_eq!(hits_of_all("short rays", &image.view(), &short), 2);
     let empty = Image::default();
-    assert_eq!(assert_equal::<8>("nothing", &empty.view(), &[ray([1.0, 0.0, 0.0])]), 0);
+    assert_eq!(hits_of_all("nothing", &empty.view(), &[ray([1.0, 0.0, 0.0])]), 0);
 }
 
 #[test]
@@ -190,7 +208,7 @@ fn long_a_million_rays_of_each_real_scene_answer_alike() {
         let levels = if scene.instances.len() > 1 { Levels::Two } else { Levels::One };
         let image = build(&scene, &recipe([Method::Sbvh, Method::Bonsai][number % 2], levels));
         let rays = Sampler::new(&scene).mixed(1_000_000, number as u64);
-        assert_both(name, &image.view(), &rays);
+        assert_all(name, &image.view(), &rays);
         println!("{name}: {} rays alike in wide trees of 4 and of 8 lanes", rays.len());
     }
 }

@@ -1,5 +1,6 @@
 //! The file's binary records and the borrowed form that traversal reads: `format-spec/SPEC.md` in Rust.
 
+mod compact;
 mod header;
 mod names;
 mod node;
@@ -9,6 +10,7 @@ mod sequence;
 mod view;
 mod wide;
 
+pub use compact::CompactNode;
 pub use header::{
     DELTA_MIN_MINOR, Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MAX_SECTIONS, MIN_MINOR, MINOR, SEQUENCE_MIN_MINOR,
     required_features,

@@ -38,7 +38,10 @@ impl Floats<8> for Octet {
     operations! {
         splat(_door: Door, v: f32) -> Octet = Octet(_mm256_set1_ps(v));
         of(_door: Door, v: &[f32; 8]) -> Octet = Octet(transmute::<[f32; 8], __m256>(*v));
+        of_bytes(_door: Door, v: &[u8; 8]) -> Octet =
+            Octet(_mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(i64::from_le_bytes(*v)))));
         array(v: Octet) -> [f32; 8] = transmute(v.0);
+        plus(a: Octet, b: Octet) -> Octet = Octet(_mm256_add_ps(a.0, b.0));
         minus(a: Octet, b: Octet) -> Octet = Octet(_mm256_sub_ps(a.0, b.0));
         times(a: Octet, b: Octet) -> Octet = Octet(_mm256_mul_ps(a.0, b.0));
         max(a: Octet, b: Octet) -> Octet = Octet(_mm256_max_ps(a.0, b.0));

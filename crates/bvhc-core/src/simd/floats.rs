@@ -13,8 +13,12 @@ pub trait Floats<const N: usize>: Copy {
     fn splat(door: Self::Door, v: f32) -> Self;
     /// These floats, the first in the lowest lane.
     fn of(door: Self::Door, v: &[f32; N]) -> Self;
+    /// These small numbers.
+    fn of_bytes(door: Self::Door, v: &[u8; N]) -> Self;
     /// The floats.
     fn array(v: Self) -> [f32; N];
+    /// The sum per lane.
+    fn plus(a: Self, b: Self) -> Self;
     /// The difference per lane.
     fn minus(a: Self, b: Self) -> Self;
     /// The product per lane.
@@ -38,6 +42,16 @@ impl Floats<4> for Register {
     #[inline(always)]
     fn of(_: (), v: &[f32; 4]) -> Register {
         Register::of(*v)
+    }
+
+    #[inline(always)]
+    fn of_bytes(_: (), v: &[u8; 4]) -> Register {
+        Register::of_counts(v.map(i32::from))
+    }
+
+    #[inline(always)]
+    fn plus(a: Register, b: Register) -> Register {
+        a + b
     }
 
     #[inline(always)]
@@ -84,6 +98,17 @@ impl Floats<8> for [Register; 2] {
     fn of(_: (), v: &[f32; 8]) -> [Register; 2] {
         let halves: [[f32; 4]; 2] = bytemuck::cast(*v);
         halves.map(Register::of)
+    }
+
+    #[inline(always)]
+    fn of_bytes(_: (), v: &[u8; 8]) -> [Register; 2] {
+        let halves: [[u8; 4]; 2] = bytemuck::cast(*v);
+        halves.map(|half| Register::of_counts(half.map(i32::from)))
+    }
+
+    #[inline(always)]
+    fn plus(a: [Register; 2], b: [Register; 2]) -> [Register; 2] {
+        [a[0] + b[0], a[1] + b[1]]
     }
 
     #[inline(always)]

@@ -133,6 +133,11 @@ fn a_test_can_lower_the_level_and_results_stay() {
     at_most(Level::BASE, || assert_eq!(level(), Level::BASE));
 }
 
+/// Some byte of it.
+fn low_byte(v: f32) -> u8 {
+    (v.to_bits() >> 16) as u8
+}
+
 /// Every operation on `N` floats, as bits.
 struct Operations<const N: usize>([[f32; N]; 2]);
 
@@ -142,7 +147,9 @@ impl<const N: usize> Work<N> for Operations<N> {
     #[inline(always)]
     fn run<V: Floats<N>>(self, door: V::Door) -> (Vec<u32>, u32) {
         let [a, b] = self.0.map(|v| V::of(door, &v));
-        let results = [V::minus(a, b), V::times(a, b), V::max(a, b), V::negated(a), V::splat(door, self.0[1][0]), a];
+        let bytes = V::of_bytes(door, &self.0[0].map(low_byte));
+        let splat = V::splat(door, self.0[1][0]);
+        let results = [V::plus(a, b), V::minus(a, b), V::times(a, b), V::max(a, b), V::negated(a), splat, a, bytes];
         // NaN made by arithmetic has no specified bits.
         let bits = |v: f32| if v.is_nan() { f32::NAN.to_bits() } else { v.to_bits() };
         (results.into_iter().flat_map(V::array).map(bits).collect(), V::less_or_equal(a, b))
@@ -152,13 +159,15 @@ impl<const N: usize> Work<N> for Operations<N> {
 /// What the operations mean, lane by lane.
 fn plain<const N: usize>([a, b]: [[f32; N]; 2]) -> (Vec<u32>, u32) {
     let max = |p: f32, q: f32| if p > q { p } else { q };
-    let rows: [[f32; N]; 6] = [
+    let rows: [[f32; N]; 8] = [
+        std::array::from_fn(|i| a[i] + b[i]),
         std::array::from_fn(|i| a[i] - b[i]),
         std::array::from_fn(|i| a[i] * b[i]),
         std::array::from_fn(|i| max(a[i], b[i])),
         a.map(|v| -v),
         [b[0]; N],
         a,
+        a.map(|v| f32::from(low_byte(v))),
     ];
     let bits = |v: f32| if v.is_nan() { f32::NAN.to_bits() } else { v.to_bits() };
     (rows.into_iter().flatten().map(bits).collect(), (0..N).map(|i| u32::from(a[i] <= b[i]) << i).sum())

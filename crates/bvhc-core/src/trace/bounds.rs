@@ -1,7 +1,7 @@
 //! What ends a walk over records that nobody checked, and keeps it inside them: one definition, for rays and for other queries.
 
 use super::hit::Malformed;
-use crate::layout::{MAX_LEAF, Node, WideNode};
+use crate::layout::{MAX_LEAF, Node};
 
 /// The records of one tree during one walk, and how much of them is left to enter.
 ///
@@ -41,24 +41,23 @@ impl<'a, T> Bounds<'a, T> {
     }
 }
 
-impl<'a, T, const N: usize> Bounds<'a, T, WideNode<N>> {
+impl<'a, T, N> Bounds<'a, T, N> {
+    /// Those of a wide tree, whose every record is a node that may be entered.
     #[inline(always)]
-    pub fn of_wide(nodes: &'a [WideNode<N>], items: &'a [T]) -> Bounds<'a, T, WideNode<N>> {
+    pub fn of_wide(nodes: &'a [N], items: &'a [T]) -> Bounds<'a, T, N> {
         Bounds { nodes, items, entries_left: nodes.len(), items_left: items.len() }
     }
 
-    /// A node by its number, which is entered by this.
+    /// A node of a wide tree by its number, which is entered by this.
     #[inline(always)]
-    pub fn enter_wide(&mut self, index: u32) -> Result<&'a WideNode<N>, Malformed> {
+    pub fn enter_wide(&mut self, index: u32) -> Result<&'a N, Malformed> {
         let Some(node) = self.nodes.get(index as usize) else {
             return Err(child_out_of_range(index, self.nodes.len()));
         };
         self.count_entry()?;
         Ok(node)
     }
-}
 
-impl<'a, T, N> Bounds<'a, T, N> {
     #[inline(always)]
     fn count_entry(&mut self) -> Result<(), Malformed> {
         if self.entries_left == 0 {

@@ -7,6 +7,7 @@
 //!
 //! [`arithmetic`] holds the parts that [`closest_hit`] is made of, for those who measure other triangle tests or box tests.
 
+mod batch;
 mod between;
 mod bounds;
 mod cached;

@@ -1,6 +1,6 @@
 //! The boxes of a wide node against a ray, all at once.
 
-use crate::layout::WideNode;
+use super::record::WideRecord;
 use crate::simd::Floats;
 use crate::trace::slab::{Rule, Slab, Slabs};
 
@@ -15,7 +15,7 @@ struct Axis<V> {
     far: V,
     enter: V,
     leave: V,
-    /// The rows of [`WideNode::planes`] that are entered and left by.
+    /// The rows of a node's planes that are entered and left by.
     rows: [usize; 2],
 }
 
@@ -36,11 +36,11 @@ impl<V: Floats<N>, const N: usize> WideSlabs<V, N> {
     /// Entry distances of the children, and a bit for each that the ray meets before `-end`. A lane that nobody uses may have any bit: on axes that
     /// do not count its box is not empty.
     #[inline(always)]
-    pub fn test(&self, door: V::Door, node: &WideNode<N>, end: V) -> ([f32; N], u32) {
+    pub fn test(&self, door: V::Door, node: &impl WideRecord<N>, end: V) -> ([f32; N], u32) {
         // A distance that is NaN does not count: the maximum is then its second operand.
         let (mut enter, mut leave) = (self.t_min, end);
         for axis in &self.axes {
-            let [first, second] = axis.rows.map(|row| V::of(door, &node.planes[row]));
+            let [first, second] = axis.rows.map(|row| node.planes::<V>(door, row));
             enter = V::max(V::times(V::minus(first, axis.near), axis.enter), enter);
             leave = V::max(V::times(V::minus(second, axis.far), axis.leave), leave);
         }

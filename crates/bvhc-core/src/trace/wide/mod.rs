@@ -1,7 +1,8 @@
 //! Wide trees: a binary tree collapsed to nodes of 4 or 8 children, and traversal that tests all children at once.
 //!
 //! ```text
-//! View ── collapse: plan, emit ──▶ WideTrees ── view ──▶ WideView ── closest_hit, any_hit
+//! View ── plan, emit ──▶ WideTrees ──▶ WideView ── closest_hit, any_hit
+//!                            └──▶ CompactTrees ──▶ WideView
 //! ```
 //!
 //! The *plan* decides by dynamic programming which nodes of the binary tree stay, so that the wide tree has the least SAH cost of all that can be
@@ -14,8 +15,11 @@
 
 mod boxes;
 mod collapse;
+mod compact;
 mod emit;
 mod plan;
+mod record;
+mod row;
 #[cfg(test)]
 mod tests;
 mod trees;
@@ -23,5 +27,8 @@ mod view;
 mod walk;
 
 pub use collapse::Collapse;
-pub use trees::{WideRow, WideTrees};
+pub use compact::CompactTrees;
+pub use record::WideRecord;
+pub use row::WideRow;
+pub use trees::WideTrees;
 pub use view::WideView;

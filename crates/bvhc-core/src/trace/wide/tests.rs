@@ -1,4 +1,4 @@
-use super::{Collapse, WideRow, WideTrees, WideView};
+use super::{Collapse, CompactTrees, WideRow, WideTrees, WideView};
 use crate::geom::{Aabb, Ray};
 use crate::layout::{BlasRecord, MAX_DEPTH, Node, TriangleRecord, View, WideNode};
 use crate::random::Random;
@@ -227,6 +227,79 @@ fn leaves_in_another_order_are_kept_apart() {
     assert_eq!(leaves(WideTrees::new(&scene.view(), &collapse).unwrap()), [(2, 1), (1, 1), (0, 1)]);
 }
 
+/// Lane by lane the same leaves, in boxes that hold those of the wide nodes, and each triangle once.
+fn assert_alike(wide: &WideTrees<8>, compact: &CompactTrees, scene: &Scene) {
+    let mut pairs = vec![(0usize, 0usize)];
+    let mut seen = 0;
+    while let Some((from, to)) = pairs.pop() {
+        let (node, small) = (&wide.nodes[from], &compact.nodes[to]);
+        assert_eq!(usize::from(small.children), node.children());
+        let (mut next_node, mut next_ref) = (small.first_node as usize, small.first_ref as usize);
+        for lane in 0..node.children() {
+            let (b, held) = (small.bounds(lane), node.bounds(lane));
+            assert!((0..3).all(|axis| b.min[axis] <= held.min[axis] && b.max[axis] >= held.max[axis]), "{small:?}");
+            let count = node.count[lane] as usize;
+            assert_eq!(usize::from(small.counts[lane]), count);
+            if count == 0 {
+                pairs.push((node.first[lane] as usize, next_node));
+                next_node += 1;
+            } else {
+                let refs: Vec<u32> = (node.first[lane]..).take(count).collect();
+                assert_eq!(compact.order[next_ref..next_ref + count], refs);
+                next_ref += count;
+            }
+        }
+        seen += 1;
+    }
+    assert_eq!(seen, compact.nodes.len());
+    let mut order = compact.order.clone();
+    order.sort_unstable();
+    assert!(order.iter().copied().eq(0..scene.triangles.len() as u32));
+}
+
+#[test]
+fn compact_trees_are_the_wide_ones_and_answer_like_them() {
+    let mut random = Random::new(8);
+    let mut hits = 0;
+    for case in 0..60 {
+        let sketch = Sketch::random(1 + 3 * case, &mut random);
+        let scene = Scene::new(&sketch, &mut random);
+        let view = scene.view();
+        let wide = WideTrees::<8>::new(&view, &Collapse::default()).unwrap();
+        let compact = CompactTrees::new(&wide);
+        assert_alike(&wide, &compact, &scene);
+        for ray in rays(100, &mut random) {
+            let want = closest_hit(&view, &ray);
+            assert_eq!(wide.view(&view).closest_hit(&ray), want, "{ray:?}");
+            assert_eq!(compact.view(&view).closest_hit(&ray), want, "{ray:?}");
+            hits += usize::from(want.unwrap().is_some());
+        }
+    }
+    assert!(hits > 1000, "{hits}");
+    let none = CompactTrees::new(&WideTrees {
+        nodes: vec![],
+        rows: vec![WideRow { node_offset: 0, node_count: 0, waiting: 0 }],
+    });
+    assert_eq!((none.nodes.len(), none.order.len(), none.rows.len()), (0, 0, 1));
+}
+
+#[test]
+fn an_order_that_leads_nowhere_ends_in_an_error() {
+    let mut random = Random::new(9);
+    let scene = Scene::new(&Sketch::random(40, &mut random), &mut random);
+    let view = scene.view();
+    let compact = CompactTrees::new(&WideTrees::new(&view, &Collapse::default()).unwrap());
+    let rays = rays(300, &mut random);
+    let errors = |order: &[u32]| {
+        let wide = WideView { order, ..compact.view(&view) };
+        rays.iter().filter_map(|ray| wide.closest_hit(ray).err()).collect::<Vec<_>>()
+    };
+    assert_eq!(errors(&compact.order), []);
+    let refs = scene.triangles.len();
+    assert!(errors(&vec![u32::MAX; refs]).contains(&Malformed::LeafOutOfRange { first: u32::MAX, count: 1, refs }));
+    assert_eq!(errors(&compact.order[1..])[0], Malformed::TreeOutOfRange { tree: 0 });
+}
+
 fn rays(count: usize, random: &mut Random) -> Vec<Ray> {
     let mut point = |scale: f32| [0; 3].map(|_| scale * (random.unit() as f32 - 0.25));
     (0..count).map(|_| Ray::new(point(8.0), point(2.0))).collect()
@@ -258,7 +331,7 @@ fn records_that_are_no_tree_end_in_an_error() {
     let trees = WideTrees::<8>::new(&view, &Collapse::default()).unwrap();
     let rays = rays(300, &mut random);
     let errors = |nodes: &[WideNode<8>], rows: &[WideRow]| {
-        let wide = WideView { view, nodes, rows };
+        let wide = WideView { view, nodes, rows, order: &[] };
         rays.iter().filter_map(|ray| wide.closest_hit(ray).err()).collect::<Vec<_>>()
     };
     assert_eq!(errors(&trees.nodes, &trees.rows), []);

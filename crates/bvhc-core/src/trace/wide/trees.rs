@@ -3,20 +3,10 @@ use super::collapse::Collapse;
 use super::emit::Greedy;
 use super::emit::{Shape, emit};
 use super::plan::Plan;
+use super::row::WideRow;
 use super::view::WideView;
 use crate::layout::{BlasView, View, WideNode};
 use crate::trace::hit::Malformed;
-
-/// One wide tree among all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct WideRow {
-    /// First of its nodes, which is the root.
-    pub node_offset: u64,
-    /// How many nodes it has; 0 for a tree without triangles.
-    pub node_count: u32,
-    /// The most children that wait to be entered at once, those of the node that is being entered included.
-    pub waiting: u32,
-}
 
 /// The wide trees of a scene in memory: one for each tree over triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -64,6 +54,6 @@ impl<const N: usize> WideTrees<N> {
 
     /// These trees with what they were made of: what rays are traced through.
     pub fn view<'a>(&'a self, of: &View<'a>) -> WideView<'a, N> {
-        WideView { view: *of, nodes: &self.nodes, rows: &self.rows }
+        WideView { view: *of, nodes: &self.nodes, rows: &self.rows, order: &[] }
     }
 }

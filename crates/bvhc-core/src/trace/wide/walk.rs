@@ -1,9 +1,10 @@
 //! A ray's walk through wide trees.
 
 use super::boxes::WideSlabs;
+use super::record::WideRecord;
 use super::view::WideView;
 use crate::geom::Ray;
-use crate::layout::{TriangleRecord, WideNode};
+use crate::layout::TriangleRecord;
 use crate::simd::{Floats, Work};
 use crate::trace::bounds::Bounds;
 use crate::trace::hit::{Best, Hit, Malformed};
@@ -15,20 +16,23 @@ use crate::trace::test::TriangleTest;
 use crate::trace::traverse::through_levels;
 
 /// What a ray asks of a scene: its closest hit, or with `ANY` the first one found.
-pub struct WideQuery<'a, const ANY: bool, const N: usize, O> {
-    pub scene: &'a WideView<'a, N>,
+pub struct WideQuery<'a, const ANY: bool, const N: usize, T, O> {
+    pub scene: &'a WideView<'a, N, T>,
     pub ray: &'a Ray,
     pub observer: &'a mut O,
 }
 
-/// The nodes of one wide tree.
-pub struct WideBottom<'a, const N: usize> {
-    pub nodes: &'a [WideNode<N>],
+/// One wide tree.
+pub struct WideTree<'a, T> {
+    pub nodes: &'a [T],
     /// [`WideRow::waiting`](super::WideRow::waiting).
     pub waiting: u32,
+    pub triangles: &'a [TriangleRecord],
+    /// The triangle of each reference, if the nodes have an order of their own.
+    pub order: &'a [u32],
 }
 
-impl<const ANY: bool, const N: usize, O: Observer> Work<N> for WideQuery<'_, ANY, N, O> {
+impl<const ANY: bool, const N: usize, T: WideRecord<N>, O: Observer> Work<N> for WideQuery<'_, ANY, N, T, O> {
     type Out = Result<Option<Hit>, Malformed>;
 
     #[inline(always)]
@@ -41,22 +45,23 @@ impl<const ANY: bool, const N: usize, O: Observer> Work<N> for WideQuery<'_, ANY
             #[inline(always)]
             |reached, origin, direction, best, observer| {
                 let blas = reached.blas;
-                let wide = scene.tree(blas).ok_or(Malformed::TreeOutOfRange { tree: blas })?;
+                let tree = scene.tree(blas, reached.place.first_triangle, reached.tree.triangles);
+                let tree = tree.ok_or(Malformed::TreeOutOfRange { tree: blas })?;
                 let Some(root) = reached.tree.nodes.first() else { return Ok(false) };
                 let test = EdgeRay::new(origin, direction);
                 let slabs = Slabs::<Conservative>::new(origin, direction, &root.bounds(), ray.t_min);
-                let walk = Walk::<V, N> {
+                let walk = Walk::<V, N, T> {
                     door,
                     slabs: WideSlabs::new(door, &slabs),
                     test: &test,
                     t_min: f64::from(ray.t_min),
                     place: reached.place,
+                    tree: &tree,
                 };
-                let triangles = reached.tree.triangles;
-                if wide.waiting as usize <= USUAL {
-                    walk.go::<ANY, USUAL, O>(wide.nodes, triangles, best, observer)
+                if tree.waiting as usize <= USUAL {
+                    walk.go::<ANY, USUAL, O>(best, observer)
                 } else {
-                    walk.go::<ANY, MOST, O>(wide.nodes, triangles, best, observer)
+                    walk.go::<ANY, MOST, O>(best, observer)
                 }
             },
         )
@@ -77,27 +82,26 @@ struct Pending {
 }
 
 /// A ray at one tree.
-struct Walk<'a, V: Floats<N>, const N: usize> {
+struct Walk<'a, V: Floats<N>, const N: usize, T> {
     door: V::Door,
     slabs: WideSlabs<V, N>,
     test: &'a EdgeRay,
     t_min: f64,
     place: Place,
+    tree: &'a WideTree<'a, T>,
 }
 
-impl<V: Floats<N>, const N: usize> Walk<'_, V, N> {
+impl<V: Floats<N>, const N: usize, T: WideRecord<N>> Walk<'_, V, N, T> {
     #[inline(always)]
     fn go<const ANY: bool, const STACK: usize, O: Observer>(
         &self,
-        nodes: &[WideNode<N>],
-        triangles: &[TriangleRecord],
         best: &mut Best,
         observer: &mut O,
     ) -> Result<bool, Malformed> {
         match self.test.axis() {
-            0 => self.along::<ANY, STACK, 0, O>(nodes, triangles, best, observer),
-            1 => self.along::<ANY, STACK, 1, O>(nodes, triangles, best, observer),
-            _ => self.along::<ANY, STACK, 2, O>(nodes, triangles, best, observer),
+            0 => self.along::<ANY, STACK, 0, O>(best, observer),
+            1 => self.along::<ANY, STACK, 1, O>(best, observer),
+            _ => self.along::<ANY, STACK, 2, O>(best, observer),
         }
     }
 
@@ -105,12 +109,10 @@ impl<V: Floats<N>, const N: usize> Walk<'_, V, N> {
     #[inline(always)]
     fn along<const ANY: bool, const STACK: usize, const AXIS: usize, O: Observer>(
         &self,
-        nodes: &[WideNode<N>],
-        triangles: &[TriangleRecord],
         best: &mut Best,
         observer: &mut O,
     ) -> Result<bool, Malformed> {
-        let mut bounds = Bounds::of_wide(nodes, triangles);
+        let mut bounds = Bounds::of_wide(self.tree.nodes, self.tree.triangles);
         let mut stack = [Pending::default(); STACK];
         let mut height = 0;
         let mut farthest = Conservative::widened(best.limit);
@@ -125,10 +127,8 @@ impl<V: Floats<N>, const N: usize> Walk<'_, V, N> {
                 while met != 0 {
                     let lane = met.trailing_zeros() as usize % N;
                     met &= met - 1;
-                    let child = Pending { near: near[lane], first: node.first[lane], count: node.count[lane] };
-                    if child.first | child.count == 0 {
-                        continue;
-                    }
+                    let Some((first, count)) = node.links(lane) else { continue };
+                    let child = Pending { near: near[lane], first, count };
                     if height >= STACK {
                         return too_deep();
                     }
@@ -143,7 +143,7 @@ impl<V: Floats<N>, const N: usize> Walk<'_, V, N> {
                 }
             } else {
                 let items = bounds.leaf(first, count)?;
-                if self.leaf::<ANY, AXIS, O>(first as usize, items, best, observer) {
+                if self.leaf::<ANY, AXIS, O>(first as usize, items, best, observer)? {
                     return Ok(true);
                 }
                 farthest = Conservative::widened(best.limit);
@@ -173,25 +173,40 @@ impl<V: Floats<N>, const N: usize> Walk<'_, V, N> {
         triangles: &[TriangleRecord],
         best: &mut Best,
         observer: &mut O,
-    ) -> bool {
+    ) -> Result<bool, Malformed> {
         for (number, group) in triangles.chunks(4).enumerate() {
-            let last = group.len() - 1;
+            let (first, last) = (start + 4 * number, group.len() - 1);
             group.iter().for_each(|_| observer.triangle());
-            let mut left = self.test.may_cross::<AXIS>([0, 1, 2, 3].map(|lane: usize| &group[lane.min(last)]));
-            left &= (1 << group.len()) - 1;
+            let mut some = [0, 1, 2, 3].map(|lane: usize| &group[lane.min(last)]);
+            if T::ORDERED {
+                for lane in 0..4 {
+                    let slot = self.slot(first + lane.min(last));
+                    some[lane] = self.tree.triangles.get(slot).ok_or(Malformed::LeafOutOfRange {
+                        first: slot as u32,
+                        count: 1,
+                        refs: self.tree.triangles.len(),
+                    })?;
+                }
+            }
+            let mut left = self.test.may_cross::<AXIS>(some) & ((1 << group.len()) - 1);
             while left != 0 {
                 let lane = left.trailing_zeros() as usize % 4;
                 left &= left - 1;
-                let Some(triangle) = group.get(lane) else { break };
-                if let Some(c) = self.test.decide::<AXIS>(triangle) {
-                    let slot = start + 4 * number + lane;
-                    if self.place.offer(c, triangle, slot, self.t_min, best, observer) && ANY {
-                        return true;
+                if let Some(c) = self.test.decide::<AXIS>(some[lane]) {
+                    let slot = self.slot(first + lane);
+                    if self.place.offer(c, some[lane], slot, self.t_min, best, observer) && ANY {
+                        return Ok(true);
                     }
                 }
             }
         }
-        false
+        Ok(false)
+    }
+
+    /// Which triangle of the tree a reference is.
+    #[inline(always)]
+    fn slot(&self, reference: usize) -> usize {
+        if T::ORDERED { self.tree.order.get(reference).map_or(usize::MAX, |slot| *slot as usize) } else { reference }
     }
 }
 
