@@ -131,7 +131,7 @@ fn scenes_that_seek_trouble_answer_alike() {
         ("instances", place(cube(4, |p| p.map(|v| v as f32)), &[Affine::IDENTITY, turned, turned.then_inner(&turned)])),
     ];
     for (name, scene) in scenes {
-        let rays = Sampler::new(&scene).mixed(4_000, 5);
+        let rays = Sampler::new(&scene).mixed(2_000, 5);
         let levels: &[Levels] = if scene.instances.len() > 1 { &[Levels::One, Levels::Two] } else { &[Levels::One] };
         for (method, levels) in levels.iter().flat_map(|l| [Method::Sbvh, Method::Sweep].map(|m| (m, *l))) {
             let image = build(&scene, &recipe(method, levels));
@@ -144,13 +144,14 @@ fn scenes_that_seek_trouble_answer_alike() {
 #[test]
 fn grids_answer_as_brute_force_does() {
     let exec = Executor::sequential();
+    let mut hits = 0;
     for seed in 0..64 {
         let GridScene { scene, rays } = GridScene::new(seed, 200);
         let scene = visible(scene);
         let levels = if scene.instances.len() > 1 { Levels::Two } else { Levels::One };
         let image = build(&scene, &recipe([Method::Sbvh, Method::Sweep][seed as usize % 2], levels));
         let view = image.view();
-        assert_all(&format!("grid {seed}"), &view, &rays);
+        hits += hits_of_all(&format!("grid {seed}"), &view, &rays);
 
         let oracle = Oracle::of_file(&scene, &view, &exec);
         let trees = WideTrees::<8>::new(&view, &Collapse::default()).unwrap();
@@ -159,6 +160,7 @@ fn grids_answer_as_brute_force_does() {
             assert!(judge(&view, &oracle, &answer, hit.as_ref()).is_right(), "grid {seed}: {ray:?}: {hit:?}");
         }
     }
+    assert!(hits > 1_000, "{hits}");
 }
 
 #[test]
@@ -174,6 +176,7 @@ fn rays_that_ask_nothing_and_scenes_without_triangles_meet_nothing() {
     ];
     assert_eq!(hits_of_all("odd rays", &image.view(), &odd), 0);
     // Directions too short for a reciprocal: no axis counts, and every box is met, those of unused lanes too.
+    let image = build(&scene_of(sphere(4, 1.0e-30, [0.0; 3])), &recipe(Method::Sweep, Levels::One));
     let short = [ray([1.0e-40, 0.0, 0.0]), ray([1.0e-44, -1.0e-42, 1.0e-44])];
     assert_eq!(hits_of_all("short rays", &image.view(), &short), 2);
     let empty = Image::default();
