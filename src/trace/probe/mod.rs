@@ -79,6 +79,11 @@ impl ProbeRays {
         self.sets[set].len()
     }
 
+    /// The rays of a set.
+    pub fn rays(&self, set: usize) -> &[Ray] {
+        &self.sets[set]
+    }
+
     /// Whether the camera saw nothing.
     pub fn is_empty(&self) -> bool {
         self.sets[1].is_empty()

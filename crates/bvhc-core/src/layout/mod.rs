@@ -1,5 +1,6 @@
 //! The file's binary records and the borrowed form that traversal reads: `format-spec/SPEC.md` in Rust.
 
+mod compact;
 mod header;
 mod names;
 mod node;
@@ -7,7 +8,9 @@ mod records;
 mod section;
 mod sequence;
 mod view;
+mod wide;
 
+pub use compact::CompactNode;
 pub use header::{
     DELTA_MIN_MINOR, Header, KNOWN_REQUIRED_FEATURES, MAGIC, MAJOR, MAX_SECTIONS, MIN_MINOR, MINOR, SEQUENCE_MIN_MINOR,
     required_features,
@@ -20,3 +23,4 @@ pub use records::{
 pub use section::{KINDS, KindRule, Presence, SectionEntry, SectionKind, minor_of, section_flags};
 pub use sequence::{FrameRecord, IndexedTriangleRecord, PoseRecord, TopologyRecord};
 pub use view::{BlasView, View};
+pub use wide::WideNode;

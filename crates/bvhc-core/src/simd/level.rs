@@ -44,7 +44,7 @@ pub fn widest<R>(work: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
     if level() == Level::Avx2 {
         // SAFETY: the only precondition is AVX2, and the processor was just asked for it.
-        return unsafe { super::avx2::run(work) };
+        return unsafe { super::avx2::run(|_| work()) };
     }
     work()
 }

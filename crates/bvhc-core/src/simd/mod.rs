@@ -5,6 +5,8 @@
 //! compiler takes the one of its target. Nothing multiplies and adds in one rounding, so all machines agree. `Register` is what traversal uses,
 //! [`Lanes`] and [`LaneBox`] are what builders use.
 //!
+//! [`Widest`] asks the processor for eight lanes where a ray meets eight boxes at once. [`Floats`] has the operations for whatever registers there are.
+//!
 //! [`widest`] asks the processor for more, for the work that it pays for: `agglomerative`, whose search is plain loops over columns. AVX-512
 //! in its stead gains a little with wide windows and nothing with narrow ones: too little for a third translation. The other builders handle
 //! boxes, which fill two registers of four, and what is done next with one depends on the result. Behind that door too, one loop at a
@@ -17,6 +19,7 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod boxes;
+mod floats;
 mod lanes;
 mod level;
 #[cfg(target_arch = "aarch64")]
@@ -24,17 +27,20 @@ mod neon;
 #[cfg(any(test, not(any(target_arch = "aarch64", target_arch = "x86_64"))))]
 mod portable;
 mod register;
+mod runs;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
 #[cfg(test)]
 mod tests;
 
 pub use boxes::LaneBox;
+pub use floats::Floats;
 pub use lanes::Lanes;
 #[cfg(any(test, feature = "testing"))]
 pub use level::at_most;
 pub use level::{Level, level, widest};
 pub(crate) use register::Register;
+pub use runs::{Runs, Widest, Work};
 
 #[cfg(target_arch = "aarch64")]
 use neon as operations;

@@ -1,6 +1,6 @@
 //! The twin that is compiled in has the bits of the portable one.
 
-use super::{Lanes, Level, Register, at_most, level, operations as ops, portable, widest};
+use super::{Floats, Lanes, Level, Register, Runs, Widest, Work, at_most, level, operations as ops, portable, widest};
 
 const SPECIAL: [f32; 16] = [
     0.0,
@@ -131,4 +131,55 @@ fn a_test_can_lower_the_level_and_results_stay() {
     }
     assert!(level() >= Level::BASE, "the limit ends with the work");
     at_most(Level::BASE, || assert_eq!(level(), Level::BASE));
+}
+
+/// Some byte of it.
+fn low_byte(v: f32) -> u8 {
+    (v.to_bits() >> 16) as u8
+}
+
+/// Every operation on `N` floats, as bits.
+struct Operations<const N: usize>([[f32; N]; 2]);
+
+impl<const N: usize> Work<N> for Operations<N> {
+    type Out = (Vec<u32>, u32);
+
+    #[inline(always)]
+    fn run<V: Floats<N>>(self, door: V::Door) -> (Vec<u32>, u32) {
+        let [a, b] = self.0.map(|v| V::of(door, &v));
+        let bytes = V::of_bytes(door, &self.0[0].map(low_byte));
+        let splat = V::splat(door, self.0[1][0]);
+        let results = [V::plus(a, b), V::minus(a, b), V::times(a, b), V::max(a, b), V::negated(a), splat, a, bytes];
+        // NaN made by arithmetic has no specified bits.
+        let bits = |v: f32| if v.is_nan() { f32::NAN.to_bits() } else { v.to_bits() };
+        (results.into_iter().flat_map(V::array).map(bits).collect(), V::less_or_equal(a, b))
+    }
+}
+
+/// What the operations mean, lane by lane.
+fn plain<const N: usize>([a, b]: [[f32; N]; 2]) -> (Vec<u32>, u32) {
+    let max = |p: f32, q: f32| if p > q { p } else { q };
+    let rows: [[f32; N]; 8] = [
+        std::array::from_fn(|i| a[i] + b[i]),
+        std::array::from_fn(|i| a[i] - b[i]),
+        std::array::from_fn(|i| a[i] * b[i]),
+        std::array::from_fn(|i| max(a[i], b[i])),
+        a.map(|v| -v),
+        [b[0]; N],
+        a,
+        a.map(|v| f32::from(low_byte(v))),
+    ];
+    let bits = |v: f32| if v.is_nan() { f32::NAN.to_bits() } else { v.to_bits() };
+    (rows.into_iter().flatten().map(bits).collect(), (0..N).map(|i| u32::from(a[i] <= b[i]) << i).sum())
+}
+
+#[test]
+fn floats_have_the_same_bits_in_any_registers() {
+    for [a, b, c, d] in vectors() {
+        let eight = [[a, b], [c, d]].map(|halves| bytemuck::cast::<[[f32; 4]; 2], [f32; 8]>(halves));
+        let want = plain(eight);
+        assert_eq!(Widest::run(Operations(eight)), want, "{eight:?}");
+        assert_eq!(at_most(Level::BASE, || Widest::run(Operations(eight))), want, "{eight:?}");
+        assert_eq!(Widest::run(Operations([a, b])), plain([a, b]), "{a:?} {b:?}");
+    }
 }

@@ -4,10 +4,12 @@
 //! ([`Mix`]), so at any time a box contains the rounded vertices below it, as a stored box does; and the walk and the triangle test see no
 //! difference. The top level has boxes that hold an instance at all times.
 
+use super::batch::answer_all;
 use super::hit::{BatchError, Best, Hit, Malformed};
 use super::intersect::EdgeRay;
 use super::moving::Moving;
 use super::observe::NoObserver;
+use super::place::Place;
 use super::slab::Conservative;
 use super::source::Records;
 use super::traverse::{Bottom, FARTHEST, Stack, is_usable, slabs_for, walk};
@@ -16,9 +18,6 @@ use crate::cache::Between;
 use crate::exec::Executor;
 use crate::geom::vector::{cross, sub};
 use crate::geom::{Mix, Ray};
-
-/// Rays of one task: enough to outweigh its start, few enough that threads end together.
-const CHUNK: usize = 1 << 10;
 
 impl Between<'_> {
     /// The nearest point where the ray meets the scene at that time: a fraction from 0, at the first frame, to 1, at the second.
@@ -57,16 +56,7 @@ impl Between<'_> {
         hits: &mut [Option<Hit>],
         exec: &Executor,
     ) -> Result<(), BatchError> {
-        if rays.len() != hits.len() {
-            return Err(BatchError::Lengths { rays: rays.len(), hits: hits.len() });
-        }
-        let chunks = exec.map_chunks_mut(hits, CHUNK, |chunk, some| {
-            some.iter_mut().zip(&rays[chunk * CHUNK..]).try_for_each(|(hit, (ray, fraction))| {
-                *hit = self.closest_hit(ray, *fraction)?;
-                Ok(())
-            })
-        });
-        chunks.into_iter().collect()
+        answer_all(rays, hits, exec, |(ray, fraction)| self.closest_hit(ray, *fraction))
     }
 
     /// The normal of the triangle that a ray hit at that time, in world space and not of length 1; it points to the front, as that of
@@ -105,9 +95,8 @@ fn trace<const ANY: bool>(between: &Between<'_>, ray: &Ray, fraction: f32) -> Re
                 let tree = between.tree(blas as usize);
                 let tree = tree.ok_or(Malformed::BlasOutOfRange { instance: start + i, blas })?;
                 let Some((origin, direction)) = instance.to_object(&mix, origin, direction) else { continue };
-                let first_triangle = tree.first_triangle;
-                let bottom =
-                    Bottom { tree: Moving::new(tree, mix), first_triangle, instance: Some(instance.ends[0].id) };
+                let place = Place { first_triangle: tree.first_triangle, instance: Some(instance.ends[0].id) };
+                let bottom = Bottom { tree: Moving::new(tree, mix), place };
                 if bottom
                     .trace::<ANY, EdgeRay, Conservative>(origin, direction, ray.t_min, best, &mut stack, observer)?
                 {

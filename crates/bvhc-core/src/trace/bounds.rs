@@ -7,17 +7,18 @@ use crate::layout::{MAX_LEAF, Node};
 ///
 /// A tree enters each pair of siblings at most once, so more entries than pairs betray a record with two parents or a cycle, and more items
 /// than there are, leaves that overlap. A walk that takes every record from here therefore ends on every input.
-pub struct Bounds<'a, T> {
-    nodes: &'a [Node],
+pub struct Bounds<'a, T, N = Node> {
+    nodes: &'a [N],
     items: &'a [T],
-    pairs_left: usize,
+    /// How often a walk may still enter a node: once for each that has children.
+    entries_left: usize,
     items_left: usize,
 }
 
 impl<'a, T> Bounds<'a, T> {
     #[inline(always)]
     pub fn new(nodes: &'a [Node], items: &'a [T]) -> Bounds<'a, T> {
-        Bounds { nodes, items, pairs_left: nodes.len() / 2, items_left: items.len() }
+        Bounds { nodes, items, entries_left: nodes.len() / 2, items_left: items.len() }
     }
 
     /// A node by its number.
@@ -35,11 +36,35 @@ impl<'a, T> Bounds<'a, T> {
         let Some(pair) = self.nodes.get(first as usize..).and_then(|n| n.first_chunk::<2>()) else {
             return Err(child_out_of_range(first, self.nodes.len()));
         };
-        if self.pairs_left == 0 {
+        self.count_entry()?;
+        Ok(pair)
+    }
+}
+
+impl<'a, T, N> Bounds<'a, T, N> {
+    /// Those of a wide tree, whose every record is a node that may be entered.
+    #[inline(always)]
+    pub fn of_wide(nodes: &'a [N], items: &'a [T]) -> Bounds<'a, T, N> {
+        Bounds { nodes, items, entries_left: nodes.len(), items_left: items.len() }
+    }
+
+    /// A node of a wide tree by its number, which is entered by this.
+    #[inline(always)]
+    pub fn enter_wide(&mut self, index: u32) -> Result<&'a N, Malformed> {
+        let Some(node) = self.nodes.get(index as usize) else {
+            return Err(child_out_of_range(index, self.nodes.len()));
+        };
+        self.count_entry()?;
+        Ok(node)
+    }
+
+    #[inline(always)]
+    fn count_entry(&mut self) -> Result<(), Malformed> {
+        if self.entries_left == 0 {
             return Err(not_a_tree(self.nodes.len()));
         }
-        self.pairs_left -= 1;
-        Ok(pair)
+        self.entries_left -= 1;
+        Ok(())
     }
 
     /// The items of a leaf.

@@ -1,14 +1,12 @@
 //! Asking an open file directly.
 
+use super::batch::answer_all;
 use super::{BatchError, Hit, Malformed, any_hit, closest_hit};
 use crate::cache::Opened;
 use crate::exec::Executor;
 use crate::geom::vector::{cross, sub};
 use crate::geom::{Affine, Ray};
 use crate::layout::View;
-
-/// Rays of one task: enough to outweigh its start, few enough that threads end together.
-const CHUNK: usize = 1 << 10;
 
 impl View<'_> {
     /// The nearest hit of each of many rays, as [`closest_hit`](super::closest_hit) finds it, shared among the threads of `exec`.
@@ -18,16 +16,7 @@ impl View<'_> {
     /// # Errors
     /// Where the lengths differ, and then no hit is touched. Where the tree is malformed: some hits are filled in then and others are not.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], exec: &Executor) -> Result<(), BatchError> {
-        if rays.len() != hits.len() {
-            return Err(BatchError::Lengths { rays: rays.len(), hits: hits.len() });
-        }
-        let chunks = exec.map_chunks_mut(hits, CHUNK, |chunk, some| {
-            some.iter_mut().zip(&rays[chunk * CHUNK..]).try_for_each(|(hit, ray)| {
-                *hit = closest_hit(self, ray)?;
-                Ok(())
-            })
-        });
-        chunks.into_iter().collect()
+        answer_all(rays, hits, exec, |ray| closest_hit(self, ray))
     }
 }
 

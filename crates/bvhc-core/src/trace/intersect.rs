@@ -100,6 +100,32 @@ impl EdgeRay {
         (left != 0) & (right != 0)
     }
 
+    /// A bit for each of four triangles that [`EdgeRay::surely_misses`] does not reject: the same arithmetic, with a triangle in each lane instead
+    /// of a corner.
+    #[inline(always)]
+    pub fn may_cross<const AXIS: usize>(&self, triangles: [&TriangleRecord; 4]) -> u32 {
+        let (kx, ky) = others(AXIS);
+        let rows: [[[f32; 4]; 3]; 4] = triangles.map(|triangle| bytemuck::cast(*triangle));
+        let corners = [0, 1, 2].map(|corner| {
+            let axes = Register::transpose(rows.map(|row| Register::of(row[corner]) - self.filter_origin));
+            let z = axes[AXIS];
+            let (x, y) = (axes[kx] - self.shear[0] * z, axes[ky] - self.shear[1] * z);
+            let reach = x.abs() + y.abs();
+            let error = (reach + z.abs()) * Register::splat(4.0 * f32::EPSILON) + self.slack;
+            [x, y, reach + error, error]
+        });
+        let (mut left, mut right) = (0, 0);
+        for (corner, previous) in [(0, 2), (1, 0), (2, 1)] {
+            let [x, y, reach, error] = corners[corner];
+            let [qx, qy, q_reach, q_error] = corners[previous];
+            let bound = reach * q_error + q_reach * error + Register::splat(UNDERFLOW);
+            let side = x * qy - y * qx;
+            left |= bound.less(side);
+            right |= side.less(bound.negated());
+        }
+        !(left & right) & 0b1111
+    }
+
     /// Where the ray's line crosses the triangle, edges and corners included. A triangle seen edge-on has no crossing.
     ///
     /// The distance is that of the triangle's plane: its normal is a difference of products that are exact in `f64`, so the distance
@@ -107,7 +133,7 @@ impl EdgeRay {
     /// sensible for planes that the ray nearly lies in. A distance of zero is always positive: which of two zeros a minimum is
     /// differs between processors.
     #[inline(never)]
-    fn decide<const AXIS: usize>(&self, triangle: &TriangleRecord) -> Option<Crossing> {
+    pub fn decide<const AXIS: usize>(&self, triangle: &TriangleRecord) -> Option<Crossing> {
         let (kx, ky) = others(AXIS);
         let (o, d) = (&self.origin, &self.direction);
         let sheared = |p: &[f32; 3]| {

@@ -7,6 +7,7 @@
 //!
 //! [`arithmetic`] holds the parts that [`closest_hit`] is made of, for those who measure other triangle tests or box tests.
 
+mod batch;
 mod between;
 mod bounds;
 mod cached;
@@ -14,6 +15,7 @@ mod hit;
 mod intersect;
 mod moving;
 mod observe;
+mod place;
 mod slab;
 mod source;
 mod test;
@@ -21,6 +23,7 @@ mod traverse;
 mod visit;
 mod visit_scene;
 mod way_back;
+pub mod wide;
 
 pub use hit::{BatchError, Hit, Malformed};
 #[cfg(feature = "testing")]

@@ -109,6 +109,7 @@ mod tests {
     use super::super::hit::Best;
     use super::super::intersect::EdgeRay;
     use super::super::observe::NoObserver;
+    use super::super::place::Place;
     use super::super::slab::Conservative;
     use super::super::traverse::{Bottom, Stack};
     use super::*;
@@ -181,7 +182,7 @@ mod tests {
                 first_triangle: 0,
             };
             let tree = Moving::new(tree, Mix::new(0.5).unwrap());
-            let bottom = Bottom { tree, first_triangle: 0, instance: None };
+            let bottom = Bottom { tree, place: Place { first_triangle: 0, instance: None } };
             let (origin, direction) = ([0.1, 0.2, -5.0], [0.0, 0.0, 1.0]);
             let (mut best, mut stack) = (Best::none_until(9.0), Stack::new());
             let got = bottom.trace::<false, EdgeRay, Conservative>(

@@ -3,10 +3,11 @@
 use super::hit::{Best, Hit, Malformed};
 use super::intersect::EdgeRay;
 use super::observe::{Fault, NoObserver, Observer, makes};
+use super::place::Place;
 use super::slab::{Conservative, Rule, Slabs};
 use super::source::{Records, Source, Tree};
-use super::test::{Crossing, TriangleTest};
-use crate::cache::{TriangleRecord, View};
+use super::test::TriangleTest;
+use crate::cache::{BlasView, TriangleRecord, View};
 use crate::geom::{Aabb, Ray};
 use crate::layout::MAX_DEPTH;
 use std::borrow::Borrow;
@@ -57,18 +58,40 @@ pub fn trace<const ANY: bool, T: TriangleTest, R: Rule, O: Observer>(
     ray: &Ray,
     observer: &mut O,
 ) -> Result<Option<Hit>, Malformed> {
+    let mut stack = Stack::new();
+    through_levels::<T, R, O>(view, ray, observer, |reached, origin, direction, best, observer| {
+        let tree = Records { nodes: reached.tree.nodes, items: reached.tree.triangles };
+        let bottom = Bottom { tree, place: reached.place };
+        bottom.trace::<ANY, T, R>(origin, direction, ray.t_min, best, &mut stack, observer)
+    })
+}
+
+/// A tree over triangles that a ray has come to.
+pub struct Reached<'a> {
+    /// Number of its row in `BLAS`.
+    pub blas: usize,
+    pub tree: BlasView<'a>,
+    pub place: Place,
+}
+
+/// Bring a ray to each tree over triangles that it may meet, mapped into the tree's space, until `tree` says that it is enough.
+#[inline(always)]
+pub fn through_levels<'a, T: TriangleTest, R: Rule, O: Observer>(
+    view: &View<'a>,
+    ray: &Ray,
+    observer: &mut O,
+    mut tree: impl FnMut(Reached<'a>, [f64; 3], [f64; 3], &mut Best, &mut O) -> Result<bool, Malformed>,
+) -> Result<Option<Hit>, Malformed> {
     if !is_usable(ray) {
         return Ok(None);
     }
     let mut best = Best::none_until(ray.t_max.min(FARTHEST));
     let (origin, direction) = (ray.origin.map(f64::from), ray.direction.map(f64::from));
-    let mut stack = Stack::new();
     if view.tlas_nodes.is_empty() {
         if !view.blases.is_empty() {
-            let blas = view.blas(0).ok_or(Malformed::BlasOutOfRange { instance: 0, blas: 0 })?;
-            let tree = Records { nodes: blas.nodes, items: blas.triangles };
-            let tree = Bottom { tree, first_triangle: view.blases[0].ref_offset as usize, instance: None };
-            tree.trace::<ANY, T, R>(origin, direction, ray.t_min, &mut best, &mut stack, observer)?;
+            let one = view.blas(0).ok_or(Malformed::BlasOutOfRange { instance: 0, blas: 0 })?;
+            let place = Place { first_triangle: view.blases[0].ref_offset as usize, instance: None };
+            tree(Reached { blas: 0, tree: one, place }, origin, direction, &mut best, observer)?;
         }
     } else {
         let slabs = slabs_for::<R, _>(observer, origin, direction, &view.tlas_nodes[0].bounds(), ray.t_min);
@@ -81,17 +104,15 @@ pub fn trace<const ANY: bool, T: TriangleTest, R: Rule, O: Observer>(
             observer,
             |start, some, best, observer| {
                 for (i, instance) in some.iter().enumerate() {
-                    let index = start + i;
-                    let blas = view
-                        .blas(instance.blas as usize)
-                        .ok_or(Malformed::BlasOutOfRange { instance: index, blas: instance.blas })?;
-                    let first_triangle = view.blases[instance.blas as usize].ref_offset as usize;
+                    let (index, blas) = (start + i, instance.blas as usize);
+                    let one =
+                        view.blas(blas).ok_or(Malformed::BlasOutOfRange { instance: index, blas: instance.blas })?;
+                    let first_triangle = view.blases[blas].ref_offset as usize;
                     let (origin, direction) = T::to_object(instance, origin, direction);
-                    let tree = Records { nodes: blas.nodes, items: blas.triangles };
-                    let tree = Bottom { tree, first_triangle, instance: Some(instance.id) };
+                    let place = Place { first_triangle, instance: Some(instance.id) };
                     observer.instance();
                     observer.enter(index);
-                    if tree.trace::<ANY, T, R>(origin, direction, ray.t_min, best, &mut stack, observer)? {
+                    if tree(Reached { blas, tree: one, place }, origin, direction, best, observer)? {
                         return Ok(true);
                     }
                     observer.leave();
@@ -114,9 +135,7 @@ pub fn is_usable(ray: &Ray) -> bool {
 /// A tree over triangles under traversal.
 pub struct Bottom<T> {
     pub tree: T,
-    /// Where its triangles start among all.
-    pub first_triangle: usize,
-    pub instance: Option<u32>,
+    pub place: Place,
 }
 
 impl<S> Bottom<S>
@@ -158,30 +177,13 @@ where
                 let triangle = triangle.borrow();
                 observer.triangle();
                 if let Some(c) = test.crossing::<AXIS>(triangle) {
-                    let accepted = c.t >= t_min && c.t <= best.t;
-                    observer.crossing(start + i, c.t, accepted);
-                    if accepted {
-                        best.offer(c.t, self.hit(c, triangle, start + i));
-                        if ANY {
-                            return Ok(true);
-                        }
+                    if self.place.offer(c, triangle, start + i, t_min, best, observer) && ANY {
+                        return Ok(true);
                     }
                 }
             }
             Ok(false)
         })
-    }
-
-    fn hit(&self, c: Crossing, triangle: &TriangleRecord, slot: usize) -> Hit {
-        Hit {
-            t: c.t as f32,
-            u: (c.u / c.sum) as f32,
-            v: (c.v / c.sum) as f32,
-            prim: triangle.prim,
-            geom: triangle.geom,
-            instance: self.instance,
-            triangle: self.first_triangle + slot,
-        }
     }
 }
 

@@ -1,0 +1,86 @@
+//! What a walk reads of a node, whatever its layout.
+
+use crate::layout::{CompactNode, WideNode};
+use crate::simd::Floats;
+
+/// A node of up to `N` children.
+pub trait WideRecord<const N: usize>: Copy + Sync {
+    /// Whether leaves name places of the trees' own [order](super::WideView::order) instead of triangles.
+    const ORDERED: bool;
+
+    /// A plane of each child: near ones of x, y and z, then far ones.
+    fn planes<V: Floats<N>>(&self, door: V::Door, row: usize) -> V;
+    /// The first node or reference of the child in a lane, and how many references it has, 0 for a node. `None` for a lane that nobody uses.
+    fn links(&self, lane: usize) -> Option<(u32, u32)>;
+}
+
+impl<const N: usize> WideRecord<N> for WideNode<N> {
+    const ORDERED: bool = false;
+
+    #[inline(always)]
+    fn planes<V: Floats<N>>(&self, door: V::Door, row: usize) -> V {
+        V::of(door, &self.planes[row])
+    }
+
+    #[inline(always)]
+    fn links(&self, lane: usize) -> Option<(u32, u32)> {
+        self.has(lane).then_some((self.first[lane], self.count[lane]))
+    }
+}
+
+impl WideRecord<8> for CompactNode {
+    const ORDERED: bool = true;
+
+    #[inline(always)]
+    fn planes<V: Floats<8>>(&self, door: V::Door, row: usize) -> V {
+        let (origin, scale) = (self.corner()[row % 3], self.scale()[row % 3]);
+        let steps = V::times(V::of_bytes(door, &self.planes[row]), V::splat(door, scale));
+        V::plus(steps, V::splat(door, origin))
+    }
+
+    #[inline(always)]
+    fn links(&self, lane: usize) -> Option<(u32, u32)> {
+        if lane >= usize::from(self.children) {
+            return None;
+        }
+        let count = self.counts[lane];
+        let first = if count == 0 {
+            self.first_node.wrapping_add(nodes_before(self.counts, lane))
+        } else {
+            self.first_ref.wrapping_add(refs_before(self.counts, lane))
+        };
+        Some((first, u32::from(count)))
+    }
+}
+
+/// How many of the lanes before this one have no references.
+#[inline(always)]
+fn nodes_before(counts: [u8; 8], lane: usize) -> u32 {
+    counts.iter().take(lane).map(|count| u32::from(*count == 0)).sum()
+}
+
+/// How many references the lanes before this one have.
+#[inline(always)]
+fn refs_before(counts: [u8; 8], lane: usize) -> u32 {
+    let before = u64::from_le_bytes(counts) & ((1u64 << (8 * lane)) - 1);
+    // Two bytes a sum, and the last of them the sum of all four: at most 8·255.
+    let sums = (before & 0x00FF_00FF_00FF_00FF) + (before >> 8 & 0x00FF_00FF_00FF_00FF);
+    (sums.wrapping_mul(0x0001_0001_0001_0001) >> 48) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_count_what_stands_in_the_lanes_before() {
+        let counts = [255, 0, 255, 255, 0, 0, 255, 255];
+        let node = CompactNode { children: 8, first_node: 10, first_ref: 100, counts, ..CompactNode::default() };
+        let links = (0..8).map(|lane| node.links(lane)).collect::<Option<Vec<_>>>().expect("eight children");
+        let nodes: Vec<u32> = links.iter().filter(|l| l.1 == 0).map(|l| l.0).collect();
+        let refs: Vec<u32> = links.iter().filter(|l| l.1 > 0).map(|l| l.0).collect();
+        assert_eq!(nodes, [10, 11, 12]);
+        assert_eq!(refs, [100, 355, 610, 865, 1120]);
+        assert_eq!(CompactNode { children: 3, ..node }.links(3), None);
+    }
+}
