@@ -85,6 +85,11 @@ fn ours(clip: &Clip, exec: &Executor) -> Result<(Vec<Tree>, Vec<usize>)> {
                 let tree = bvhc::compile::build_tree(&clip.meshes[frame], &options, exec, &NoProgress)?;
                 match rule.built(cost(&tree, frame)) {
                     Verdict::Futile(place, _) => place,
+                    Verdict::Key => {
+                        kept = vec![trees.len()];
+                        trees.push(tree);
+                        0
+                    }
                     Verdict::Kept(gone) => {
                         if let Some(place) = gone {
                             kept.remove(place);

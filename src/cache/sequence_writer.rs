@@ -173,6 +173,14 @@ impl<'e> SequenceWriter<'e> {
         number
     }
 
+    /// A topology that was added: its row, its triangles, and the first of its rows of `GEOM`, from which their `geom` counts.
+    pub(crate) fn topology_rows(&self, topology: u32) -> (&TopologyRecord, &[IndexedTriangleRecord], u32) {
+        let record = &self.topologies[topology as usize];
+        let start = record.ref_offset as usize;
+        let first = self.geoms.partition_point(|geom| geom.blas < topology);
+        (record, &self.triangles[start..start + record.ref_count as usize], first as u32)
+    }
+
     /// The poses that were added so far.
     pub fn poses(&self) -> &[PoseRecord] {
         &self.poses

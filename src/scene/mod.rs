@@ -10,6 +10,7 @@ mod clip;
 mod collinear;
 mod error;
 mod excerpt;
+pub mod frames;
 mod gltf;
 mod grid;
 mod obj;

@@ -22,10 +22,10 @@ struct Cut {
 }
 
 impl Cuts {
-    /// Cut the faces of a mesh as those of an earlier one with the same faces.
-    pub fn apply(&mut self, mesh: &mut Mesh) {
+    /// Cut the faces of a mesh as those of an earlier one with the same faces. Whether it is the first that has them, so that later ones are cut as it is.
+    pub fn apply(&mut self, mesh: &mut Mesh) -> bool {
         // Where a triangle was dropped, polygons and triangles no longer go together.
-        let Some(faces) = mesh.faces.filter(|_| mesh.source_prims.is_empty()) else { return };
+        let Some(faces) = mesh.faces.filter(|_| mesh.source_prims.is_empty()) else { return false };
         match self.known.get(&(faces, parts_hash(mesh))) {
             Some(cut)
                 if (cut.positions, cut.triangles.len()) == (mesh.positions.len(), mesh.triangles.len())
@@ -33,12 +33,14 @@ impl Cuts {
             {
                 mesh.triangles.clone_from(&cut.triangles);
                 mesh.vertices.clone_from(&cut.vertices);
+                false
             }
-            Some(_) => {}
+            Some(_) => false,
             None => {
                 let (triangles, vertices) = (mesh.triangles.clone(), mesh.vertices.clone());
                 let cut = Cut { positions: mesh.positions.len(), triangles, vertices };
                 self.known.insert((faces, parts_hash(mesh)), cut);
+                true
             }
         }
     }

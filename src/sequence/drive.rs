@@ -10,8 +10,24 @@ use std::ops::Range;
 /// Frames that are read together. As many more are being built, and no other frame is in memory.
 pub const TOGETHER: usize = 4;
 
-/// A frame whose meshes were put where they stand: what can be done on any thread, before its turn comes.
-pub struct PreparedFrame(pub(super) LaidOut);
+/// A frame whose meshes were put where they stand: what can be done on any thread, before its turn comes. Or one that need not be read.
+pub struct PreparedFrame(pub(super) Option<LaidOut>);
+
+impl PreparedFrame {
+    /// A frame that is [taken from an earlier build](SequenceBuilder::take_from).
+    pub fn unread() -> PreparedFrame {
+        PreparedFrame(None)
+    }
+
+    /// Triangles that lost their area when they were put where they stand; 0 of a frame that was not read.
+    pub fn collapsed(&self) -> u64 {
+        self.laid().map_or(0, |laid| laid.placing.collapsed)
+    }
+
+    pub(super) fn laid(&self) -> Option<&LaidOut> {
+        self.0.as_ref()
+    }
+}
 
 /// Prepares frames for a [`SequenceBuilder`].
 #[derive(Clone)]
@@ -26,13 +42,13 @@ impl Preparer<'_> {
     /// # Errors
     /// Where the scene cannot be built.
     pub fn prepare(&self, scene: Scene) -> Result<PreparedFrame, SequenceError> {
-        Ok(PreparedFrame(compile::lay_out(scene, &self.options, self.exec)?))
+        Ok(PreparedFrame(Some(compile::lay_out(scene, &self.options, self.exec)?)))
     }
 }
 
 impl SequenceBuilder<'_> {
     /// Add `count` frames in their order. `read` gives some of them, [`TOGETHER`] at most, in order, and may use all threads; while these are added, it is asked
-    /// for the next ones. `added` is told of each frame that was added.
+    /// for the next ones. `read_after_all` gives one that was [not read](PreparedFrame::unread) and has to be. `added` is told of each frame that was added.
     ///
     /// # Errors
     /// The first that `read` or `added` gives, in the order of the frames, or that adding does.
@@ -40,6 +56,7 @@ impl SequenceBuilder<'_> {
         &mut self,
         count: usize,
         mut read: impl FnMut(Range<usize>) -> Result<Vec<Incoming<T>>, E> + Send,
+        mut read_after_all: impl FnMut(usize) -> Result<Incoming<T>, E> + Send,
         mut added: impl FnMut(usize, FrameOutcome, T) -> Result<(), E> + Send,
     ) -> Result<(), E> {
         let exec = self.exec;
@@ -50,8 +67,15 @@ impl SequenceBuilder<'_> {
             let ahead = some(start + TOGETHER);
             let add = || {
                 for (i, Incoming { frame, label, told }) in now.into_iter().enumerate() {
-                    let outcome = self.add_prepared(frame, label)?;
-                    added(start + i, outcome, told)?;
+                    let (mut told, mut outcome) = (told, self.add_prepared(frame, label)?);
+                    if outcome.is_none() {
+                        let again = read_after_all(start + i)?;
+                        (told, outcome) = (again.told, self.add_prepared(again.frame, again.label)?);
+                    }
+                    // A frame that was read is always added.
+                    if let Some(outcome) = outcome {
+                        added(start + i, outcome, told)?;
+                    }
                 }
                 Ok::<(), E>(())
             };

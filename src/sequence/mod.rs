@@ -11,25 +11,29 @@
 
 mod cuts;
 mod drive;
+mod prior;
 mod shape;
 mod survey;
+mod take;
 mod weld;
 
 pub use crate::build::motion::{Refit, RefitPolicy, Trees};
 pub use drive::{Incoming, PreparedFrame, Preparer, TOGETHER};
+pub use prior::{FrameModel, Prior};
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::build::{BuildError, BuildOptions, Levels, Progress, tlas};
 use crate::cache::{CacheError, Codec, FrameRecord, Meta, PoseRecord, SequenceWriter, WriteSummary, instance_record};
-use crate::compile::{self, Placing};
+use crate::compile::{self, LaidOut, Placing};
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::{Mesh, Scene};
 use cuts::Cuts;
 use shape::{Shape, geometry_hash, topology_hash};
 use survey::Survey;
+use take::Taking;
 
 /// Why a sequence could not be built.
 #[derive(Debug)]
@@ -82,6 +86,15 @@ pub struct FrameLabel {
     pub held: bool,
 }
 
+impl FrameLabel {
+    fn record(&self) -> FrameRecord {
+        let mut flags = if self.held { FrameRecord::HELD } else { 0 };
+        flags |= self.time.map_or(0, |_| FrameRecord::TIMED);
+        let time = self.time.unwrap_or(0.0) + 0.0; // -0.0 becomes +0.0
+        FrameRecord { number: self.number, placement: 0, time, flags, reserved: [0; 4] }
+    }
+}
+
 /// What became of a frame's meshes.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 #[non_exhaustive]
@@ -94,6 +107,8 @@ pub struct FrameOutcome {
     pub refitted: u64,
     /// Meshes whose tree was built for this frame.
     pub built: u64,
+    /// Meshes that stand as in the file that was there before, and were taken from it.
+    pub taken: u64,
     /// Instances.
     pub instances: u64,
     /// Triangles that rays can hit, those of every instance counted.
@@ -121,6 +136,10 @@ pub struct SequenceBuilder<'a> {
     cuts: Cuts,
     /// Trees that were made for the whole animation.
     surveyed: u64,
+    /// Frames that were added.
+    added: usize,
+    /// What is taken from an earlier build.
+    taking: Option<Taking>,
 }
 
 impl<'a> SequenceBuilder<'a> {
@@ -147,6 +166,8 @@ impl<'a> SequenceBuilder<'a> {
             poses: BTreeMap::new(),
             cuts: Cuts::default(),
             surveyed: 0,
+            added: 0,
+            taking: None,
         })
     }
 
@@ -161,7 +182,7 @@ impl<'a> SequenceBuilder<'a> {
         let mut survey = Survey::default();
         for scene in frames {
             let mut meshes = compile::lay_out(scene, &self.options, self.exec)?.meshes;
-            meshes.iter_mut().for_each(|mesh| self.cuts.apply(mesh));
+            meshes.iter_mut().for_each(|mesh| _ = self.cuts.apply(mesh));
             survey.add(meshes);
         }
         for (topology, shape, trees) in survey.shapes(trees, &self.options, self.policy, self.exec, self.progress)? {
@@ -184,8 +205,10 @@ impl<'a> SequenceBuilder<'a> {
     /// # Errors
     /// Where the scene cannot be built, or the file cannot be written.
     pub fn add(&mut self, scene: Scene, label: FrameLabel) -> Result<FrameOutcome, SequenceError> {
-        let frame = self.preparer().prepare(scene)?;
-        self.add_prepared(frame, label)
+        let laid = compile::lay_out(scene, &self.options, self.exec)?;
+        let index = self.added;
+        self.added += 1;
+        self.add_laid(index, laid, label)
     }
 
     /// What prepares frames for this file.
@@ -193,16 +216,30 @@ impl<'a> SequenceBuilder<'a> {
         Preparer { options: self.options.clone(), exec: self.exec }
     }
 
-    /// [`SequenceBuilder::add`] of a frame that was prepared before.
+    /// [`SequenceBuilder::add`] of a frame that was prepared before; `None` where its model is to be read after all.
     ///
     /// # Errors
     /// As [`SequenceBuilder::add`].
-    pub fn add_prepared(&mut self, frame: PreparedFrame, label: FrameLabel) -> Result<FrameOutcome, SequenceError> {
-        let PreparedFrame(mut laid) = frame;
-        laid.meshes.iter_mut().for_each(|mesh| self.cuts.apply(mesh));
+    fn add_prepared(&mut self, frame: PreparedFrame, label: FrameLabel) -> Result<Option<FrameOutcome>, SequenceError> {
+        let index = self.added;
+        let outcome = match frame.0 {
+            Some(laid) => Some(self.add_laid(index, laid, label)?),
+            None => self.take(index, label)?,
+        };
+        self.added += usize::from(outcome.is_some());
+        Ok(outcome)
+    }
+
+    fn add_laid(&mut self, index: usize, mut laid: LaidOut, label: FrameLabel) -> Result<FrameOutcome, SequenceError> {
+        let is_first: Vec<bool> = laid.meshes.iter_mut().map(|mesh| self.cuts.apply(mesh)).collect();
         let mut outcome = FrameOutcome { number: label.number, placing: laid.placing, ..FrameOutcome::default() };
-        let poses: Vec<u32> =
-            laid.meshes.iter().map(|mesh| self.pose(mesh, &mut outcome)).collect::<Result<_, SequenceError>>()?;
+        let mut poses = Vec::with_capacity(laid.meshes.len());
+        for (mesh, is_first) in laid.meshes.iter().zip(is_first) {
+            let topology = topology_hash(mesh);
+            let pose = self.pose(mesh, topology, &mut outcome)?;
+            self.learn(index, pose, topology, mesh, is_first);
+            poses.push(pose);
+        }
         let instances = laid.instances.unwrap_or_default();
         outcome.instances = instances.len() as u64;
         outcome.triangles = instances.iter().map(|i| laid.meshes[i.mesh as usize].triangles.len() as u64).sum();
@@ -226,17 +263,12 @@ impl<'a> SequenceBuilder<'a> {
                 instance_record(instance, poses[instance.mesh as usize], id)
             })
             .collect();
-        let mut flags = if label.held { FrameRecord::HELD } else { 0 };
-        flags |= label.time.map_or(0, |_| FrameRecord::TIMED);
-        let time = label.time.unwrap_or(0.0) + 0.0; // -0.0 becomes +0.0
-        let record = FrameRecord { number: label.number, placement: 0, time, flags, reserved: [0; 4] };
-        outcome.bytes = self.writer.frame(record, &top.nodes, &records)?;
+        outcome.bytes = self.writer.frame(label.record(), &top.nodes, &records)?;
         Ok(outcome)
     }
 
     /// The number of the pose in which a mesh stands.
-    fn pose(&mut self, mesh: &Mesh, outcome: &mut FrameOutcome) -> Result<u32, SequenceError> {
-        let topology = topology_hash(mesh);
+    fn pose(&mut self, mesh: &Mesh, topology: [u8; 32], outcome: &mut FrameOutcome) -> Result<u32, SequenceError> {
         let key = (topology, geometry_hash(mesh));
         if let Some(pose) = self.poses.get(&key) {
             outcome.same += 1;
@@ -270,6 +302,8 @@ impl<'a> SequenceBuilder<'a> {
     /// # Errors
     /// Where it cannot be written, or holds more than a file may.
     pub fn finish(self, meta: &Meta) -> Result<WriteSummary, SequenceError> {
+        // Some systems do not put a file in the place of one that is open.
+        drop(self.taking);
         Ok(self.writer.finish(meta)?)
     }
 }

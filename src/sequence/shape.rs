@@ -6,6 +6,7 @@ use crate::exec::Executor;
 use crate::geom::Point;
 use crate::scene::Mesh;
 use crate::tree::{Node, Tree, quality, refit_on};
+use std::ops::Range;
 
 /// The trees that meshes of the same triangles have had so far, or were given beforehand.
 #[derive(Debug)]
@@ -38,8 +39,8 @@ pub struct Fitted {
 #[derive(Debug)]
 pub struct Built {
     tree: Tree,
-    /// The place of the tree that goes for it.
-    gone: Option<usize>,
+    /// The places of the trees that go for it.
+    gone: Range<usize>,
 }
 
 impl Shape {
@@ -76,10 +77,31 @@ impl Shape {
         Some(Fitted { keyed, nodes, ratio: ratio as f32 })
     }
 
+    /// How many times as much a pose costs as those that its tree was made for, if the tree that serves it best is that of a topology which was written, refitted to
+    /// these very nodes. Otherwise nothing has happened.
+    pub fn follow(&mut self, mesh: &Mesh, topology: u32, nodes: &[Node], exec: &Executor) -> Option<f32> {
+        let before = self.rule.clone();
+        let fitted = self.refit(mesh, exec).filter(|fitted| {
+            let stored = &self.trees[fitted.keyed].stored;
+            stored.as_ref().is_some_and(|(_, written)| *written == topology) && fitted.nodes == nodes
+        });
+        if fitted.is_none() {
+            self.rule = before;
+        }
+        fitted.map(|fitted| fitted.ratio)
+    }
+
+    /// For each vertex of the mesh its vertex in a topology that was written, if poses are still written to it.
+    pub fn vertices_of(&self, topology: u32) -> Option<&[u32]> {
+        let mut stored = self.trees.iter().filter_map(|keyed| keyed.stored.as_ref());
+        stored.find(|(_, written)| *written == topology).map(|(weld, _)| &weld.of[..])
+    }
+
     /// A tree that was built for a pose; or, where it is hardly better than a refitted one, that.
     pub fn judge(&mut self, mesh: &Mesh, tree: Tree, exec: &Executor) -> Result<Fitted, Built> {
         match self.rule.built(cost_of(&tree.nodes, unit_of(mesh))) {
-            Verdict::Kept(gone) => Err(Built { tree, gone }),
+            Verdict::Kept(gone) => Err(Built { tree, gone: gone.map_or(0..0, |place| place..place + 1) }),
+            Verdict::Key => Err(Built { tree, gone: 0..self.trees.len() }),
             Verdict::Futile(keyed, ratio) => {
                 Ok(Fitted { keyed, nodes: fit(&self.trees[keyed].tree, mesh, exec), ratio: ratio as f32 })
             }
@@ -109,9 +131,7 @@ impl Shape {
         let topology = Shape::write_topology(mesh, &tree, &weld, writer, exec);
         let positions: Vec<Point> = weld.positions(mesh).unwrap_or_default();
         let pose = writer.pose(topology, &tree.nodes, &positions, PoseRecord::KEY);
-        if let Some(place) = gone {
-            self.trees.remove(place);
-        }
+        self.trees.drain(gone);
         self.trees.push(Keyed { tree, stored: Some((weld, topology)) });
         pose
     }
@@ -159,13 +179,15 @@ pub fn unit(motion: &Motion, pose: usize) -> f64 {
     triangle_cost(motion, pose, &BuildOptions::default())
 }
 
-/// What two meshes have in common if one tree can serve both: their triangles, with all that is told of them, but not where they stand.
+/// What two meshes have in common if one tree can serve both: their triangles, with all that is told of them and the faces that they were cut from, but not where
+/// they stand.
 pub fn topology_hash(mesh: &Mesh) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
     words(&mut hasher, mesh.triangles.as_flattened());
     words(&mut hasher, &mesh.source_prims);
     words(&mut hasher, mesh.vertices.as_flattened());
     hasher.update(&parts_hash(mesh));
+    hasher.update(&mesh.faces.unwrap_or_default());
     *hasher.finalize().as_bytes()
 }
 
@@ -188,9 +210,16 @@ fn words(hasher: &mut blake3::Hasher, some: &[u32]) {
     hasher.update(&(some.len() as u64).to_le_bytes()).update(bytemuck::cast_slice(some));
 }
 
-/// Where the vertices of a mesh stand.
+/// Where the triangles of a mesh stand.
 pub fn geometry_hash(mesh: &Mesh) -> [u8; 32] {
+    /// Triangles that are put together before they are hashed.
+    const SOME: usize = 1 << 12;
     let mut hasher = blake3::Hasher::new();
-    hasher.update(bytemuck::cast_slice(&mesh.positions));
+    let mut corners: Vec<[Point; 3]> = Vec::with_capacity(SOME.min(mesh.triangles.len()));
+    for some in mesh.triangles.chunks(SOME) {
+        corners.clear();
+        corners.extend(some.iter().map(|t| t.map(|v| clean(mesh.positions[v as usize]))));
+        hasher.update(bytemuck::cast_slice(&corners));
+    }
     *hasher.finalize().as_bytes()
 }

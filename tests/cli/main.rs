@@ -4,6 +4,7 @@
 mod common;
 
 mod accuracy;
+mod again;
 mod animations;
 mod bounds;
 mod build;

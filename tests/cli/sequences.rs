@@ -49,7 +49,7 @@ fn the_frames_of_a_pattern_become_one_file() {
     place.write("in/wave.003.obj", std::fs::read(place.path("in/wave.002.obj")).unwrap());
     let said = place.ok("build in/wave.%03d.obj -o wave.bvhc --trees first -v");
     assert!(
-        said.err.contains("wave.003.obj changed") && said.out.contains("3 refitted, 1 as before"),
+        said.err.contains("wave.003.obj changed") && said.out.contains("0 refitted, 1 as before, 3 unchanged"),
         "{}{}",
         said.out,
         said.err
@@ -65,6 +65,23 @@ fn the_frames_of_a_pattern_become_one_file() {
     assert!(inputs.out.contains("up to date"));
     let rule = std::fs::read_to_string(place.path("wave.d")).unwrap();
     assert!((1..6).all(|i| rule.contains(&format!("in/wave.00{i}.obj"))), "{rule}");
+}
+
+#[test]
+fn trees_begin_anew_after_so_many_poses() {
+    let place = Place::new();
+    waves(&place, 1..11);
+    let args = "build in/wave.%03d.obj -o wave.bvhc --codec compact";
+    let said = place.ok(&format!("{args} --keyframe-every 4 --refit always"));
+    assert!(said.out.contains("3 trees built, 7 refitted, 0 as before"), "{}", said.out);
+    place.ok("check wave.bvhc");
+    let frames = place.ok("stats wave.bvhc --frames --json --rays 0").json()["files"][0]["frames"].clone();
+    let segments: Vec<i64> = frames.as_array().unwrap().iter().map(|f| f["segment"].as_i64().unwrap()).collect();
+    assert!(segments.windows(2).map(|pair| pair[1] - pair[0]).eq([0, 0, 0, 1, 0, 0, 0, 1, 0]), "{segments:?}");
+    let stale = place.ok(&format!("{args} -n --refit always --trees first"));
+    assert!(stale.out.contains("option keyframe_every 4 → unset"), "{}", stale.out);
+    assert_eq!(place.run(&format!("{args} --keyframe-every 4 --trees 2")).code, 2);
+    assert_eq!(place.run("build in/wave.001.obj -o still.bvhc --keyframe-every 4").code, 2);
 }
 
 #[test]

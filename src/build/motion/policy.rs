@@ -1,3 +1,5 @@
+use std::num::NonZeroU32;
+
 /// When the tree of a mesh that moved is built anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RefitPolicy {
@@ -5,6 +7,8 @@ pub struct RefitPolicy {
     pub refit: Refit,
     /// A tree is built anew where refitting has raised its SAH cost to more than so many times what it was when it was built.
     pub rebuild_ratio: f32,
+    /// A tree is built anew after so many poses, whatever it costs, and no earlier one is taken again: what comes then needs no tree of before. `None`: never.
+    pub keyframe_every: Option<NonZeroU32>,
 }
 
 /// Whether trees are refitted.
@@ -21,7 +25,7 @@ pub enum Refit {
 
 impl Default for RefitPolicy {
     fn default() -> RefitPolicy {
-        RefitPolicy { refit: Refit::Auto, rebuild_ratio: RefitPolicy::REBUILD_RATIO }
+        RefitPolicy { refit: Refit::Auto, rebuild_ratio: RefitPolicy::REBUILD_RATIO, keyframe_every: None }
     }
 }
 

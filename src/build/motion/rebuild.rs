@@ -64,6 +64,8 @@ pub enum Step {
 pub enum Verdict {
     /// It serves the frame and stands last among the kept ones. Where one had to go for it, that stood at this place before.
     Kept(Option<usize>),
+    /// It serves the frame, and all others go: nothing after it needs what was before.
+    Key,
     /// It is hardly better than a refitted one: throw it away, and refit as if [`Step::Refit`] had said so.
     Futile(usize, f64),
 }
@@ -95,6 +97,8 @@ pub struct Rebuild {
     /// The place of the one that served last.
     current: usize,
     frame: u64,
+    /// The frame in which all trees were built anew last.
+    key: u64,
     /// The SAH of the last frame.
     paid: f64,
     /// The kept tree that is best in this frame, and what it costs.
@@ -110,7 +114,7 @@ impl Rebuild {
     /// Before the first frame, with trees that were made for the whole animation: for each the least of its costs in the frames that it was made for.
     pub fn with(policy: RefitPolicy, trees: impl IntoIterator<Item = Cost>) -> Rebuild {
         let kept = trees.into_iter().map(|base| Kept::new(base, 0)).collect();
-        Rebuild { policy, kept, current: 0, frame: 0, paid: f64::INFINITY, best: None }
+        Rebuild { policy, kept, current: 0, frame: 0, key: 1, paid: f64::INFINITY, best: None }
     }
 
     /// How many trees are kept: places are below that.
@@ -122,7 +126,7 @@ impl Rebuild {
     pub fn step(&mut self, cost: impl FnMut(usize) -> Cost) -> Step {
         self.frame += 1;
         self.best = None;
-        if self.policy.refit == Refit::Never {
+        if self.policy.refit == Refit::Never || self.is_key() {
             return Step::Build;
         }
         let costs: Vec<Cost> = (0..self.kept.len()).map(cost).collect();
@@ -137,6 +141,11 @@ impl Rebuild {
 
     /// The new tree of this frame costs so much there.
     pub fn built(&mut self, cost: Cost) -> Verdict {
+        if self.is_key() {
+            self.kept = vec![Kept::new(cost, self.frame)];
+            (self.current, self.paid, self.key) = (0, cost.sah, self.frame);
+            return Verdict::Key;
+        }
         if let Some((place, refitted)) = self.best.take().filter(|(_, refitted)| cost.sah >= refitted.sah * WORTHWHILE)
         {
             let ratio = refitted.ratio(self.kept[place].base);
@@ -156,6 +165,11 @@ impl Rebuild {
         self.kept.push(Kept::new(cost, self.frame));
         (self.current, self.paid) = (self.kept.len() - 1, cost.sah);
         Verdict::Kept(gone)
+    }
+
+    /// Whether this frame is due to be built, whatever it costs.
+    fn is_key(&self) -> bool {
+        self.policy.keyframe_every.is_some_and(|every| self.frame.saturating_sub(self.key) >= u64::from(every.get()))
     }
 
     /// Whether a tree costs so much that it is due to be built anew.
@@ -199,6 +213,10 @@ pub fn schedule(frames: usize, policy: RefitPolicy, mut cost: impl FnMut(usize, 
                 schedule.builds += 1;
                 match state.built(cost(frame, frame)) {
                     Verdict::Futile(place, _) => place,
+                    Verdict::Key => {
+                        keys = vec![frame];
+                        0
+                    }
                     Verdict::Kept(gone) => {
                         if let Some(place) = gone {
                             keys.remove(place);
@@ -247,6 +265,18 @@ mod tests {
         assert_eq!(plan(30, policy(Refit::Never), sah).serves, (0..30).collect::<Vec<usize>>());
         assert_eq!(plan(30, policy(Refit::Always), sah), Schedule { serves: vec![0; 30], builds: 1 });
         assert_eq!(plan(30, policy(Refit::Never), |_, _| 20.0).builds, 30, "nothing is compared");
+    }
+
+    #[test]
+    fn after_so_many_frames_a_tree_is_built_and_none_from_before_serves_again() {
+        let policy = |refit| RefitPolicy { refit, keyframe_every: std::num::NonZeroU32::new(4), ..at(1.2) };
+        let keys = [0, 0, 0, 0, 4, 4, 4, 4, 8, 8];
+        assert_eq!(plan(10, policy(Refit::Always), |_, _| 20.0).serves, keys);
+        assert_eq!(plan(10, policy(Refit::Auto), |_, _| 20.0), Schedule { serves: keys.to_vec(), builds: 3 });
+        // What comes back is built for once in each stretch.
+        let shot = |frame: usize| frame % 2;
+        let sah = |key: usize, frame: usize| if shot(key) == shot(frame) { 20.0 } else { 400.0 };
+        assert_eq!(plan(8, policy(Refit::Auto), sah).serves, [0, 1, 0, 1, 4, 5, 4, 5]);
     }
 
     #[test]

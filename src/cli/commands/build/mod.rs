@@ -25,7 +25,7 @@ use crate::report::info::hex;
 use crate::scene::ReadOptions;
 use clap::{Args, ValueEnum};
 use frames::FrameArgs;
-pub use frames::{Numbers, clip_of};
+pub use frames::clip_of;
 use make::Workshop;
 use outcome::{ErrorObject, Outcome, Status};
 pub use plan::same_file;

@@ -89,15 +89,19 @@ pub struct SequenceBuilt {
     pub refitted: u64,
     /// Trees that were built, those for all frames together and those for one.
     pub built: u64,
+    /// Meshes over all frames that were taken from the file that was there before.
+    pub taken: u64,
+    /// Frames whose models were read, or that were posed.
+    pub read: u64,
     pub frames: Vec<FrameOutcome>,
 }
 
 impl SequenceBuilt {
     /// `surveyed` trees were made for all frames together.
-    pub fn new(frames: Vec<FrameOutcome>, surveyed: u64) -> SequenceBuilt {
+    pub fn new(frames: Vec<FrameOutcome>, surveyed: u64, read: u64) -> SequenceBuilt {
         let sum = |count: fn(&FrameOutcome) -> u64| frames.iter().map(count).sum();
         let (same, refitted, built) = (sum(|f| f.same), sum(|f| f.refitted), surveyed + sum(|f| f.built));
-        SequenceBuilt { same, refitted, built, frames }
+        SequenceBuilt { same, refitted, built, taken: sum(|f| f.taken), read, frames }
     }
 }
 
@@ -220,8 +224,12 @@ impl Built {
         let most = sequence.frames.iter().map(|frame| frame.triangles).max().unwrap_or(0);
         let took = figures::seconds(Duration::from_secs_f64(self.times.total_ms / 1e3));
         let each = bytes(self.file_len / frames.max(1));
+        let taken = match sequence.taken {
+            0 => String::new(),
+            taken => format!(", {} unchanged", figures::count(taken)),
+        };
         format!(
-            "{}  {}, {}: {} built, {} refitted, {} as before; {} ({each} a frame), {took}",
+            "{}  {}, {}: {} built, {} refitted, {} as before{taken}; {} ({each} a frame), {took}",
             names::path(&job.output),
             counted(frames, "frame", "frames"),
             counted(most, "tri", "tris"),

@@ -1,6 +1,6 @@
 //! What has to be done: which output each input has, and whether it is up to date, judged by content and never by time stamps.
 
-use super::frames::{Frames, MOST_FRAMES, NoPattern, OneFrame, Pattern};
+use super::frames::{Frames, MOST_FRAMES, OneFrame, way_out};
 use super::{BuildArgs, Empty};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Freshness, SectionEntry, SectionKind};
@@ -10,6 +10,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::scene::Degenerate;
+use crate::scene::frames::Pattern;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -227,8 +228,8 @@ fn pattern_of_output(args: &BuildArgs, inputs: &[Input], into_folder: bool) -> R
     let shown = || names::path(&args.output);
     match Pattern::parse(&args.output) {
         None => Ok(None),
-        Some(Err(NoPattern { fact, help })) => {
-            Err(refuse(format!("as a pattern of outputs, {} is wrong: {fact}", shown())).help(help))
+        Some(Err(why)) => {
+            Err(refuse(format!("as a pattern of outputs, {} is wrong: {why}", shown())).help(way_out(&why)))
         }
         Some(Ok(pattern)) if pattern.numbers.is_some() => {
             Err(refuse(format!("{} has a list of frames, and outputs have the numbers of their inputs", shown()))

@@ -11,7 +11,6 @@ mod junit;
 mod ray;
 mod text;
 
-use super::build::Numbers;
 use crate::cli::Context;
 use crate::cli::caches::{self, SourceReading};
 use crate::cli::drawing;
@@ -19,6 +18,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::geom::Ray;
+use crate::scene::frames::Numbers;
 use crate::trace::rays::RaySet;
 use crate::verify::{Asked, Plan, Reference, SETS, read_ray, set_named};
 use clap::{Args, ValueEnum};

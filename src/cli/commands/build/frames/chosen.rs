@@ -1,8 +1,9 @@
 //! The frames of a sequence, as the arguments choose them.
 
-use super::folder::runs;
 use super::{Fps, FrameArgs};
+use crate::scene::frames::runs;
 use crate::scene::{AnimationChoice, Seconds};
+use crate::sequence::FrameLabel;
 use std::path::PathBuf;
 
 /// Most frames of a sequence: each may need four sections, and a file has 65,536.
@@ -24,6 +25,13 @@ pub struct OneFrame {
     pub model: PathBuf,
     /// It is not there, and the model is that of the frame before.
     pub held: bool,
+}
+
+impl OneFrame {
+    /// How the file names it.
+    pub fn label(&self) -> FrameLabel {
+        FrameLabel { number: self.number, time: None, held: self.held }
+    }
 }
 
 impl FrameArgs {

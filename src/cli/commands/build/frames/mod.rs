@@ -1,9 +1,6 @@
 //! Frames of a sequence: which files a pattern such as `heli.%04d.obj` stands for, what is missing, and how a clip is played.
 
 mod chosen;
-mod folder;
-mod numbers;
-mod pattern;
 
 use super::options::choice;
 use crate::build::Named;
@@ -12,13 +9,11 @@ use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
 use crate::scene::Seconds;
+use crate::scene::frames::{Folder, MOST_NUMBERS, NoPattern, Numbers, Pattern, ranges};
 use crate::sequence::{Refit, RefitPolicy, Trees};
 pub use chosen::{Frames, MOST_FRAMES, OneFrame, clip_of};
 use clap::{Args, ValueEnum};
-use folder::Folder;
-use numbers::MOST;
-pub use numbers::Numbers;
-pub use pattern::{NoPattern, Pattern};
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 #[derive(Clone, Debug, Args)]
@@ -48,6 +43,10 @@ pub struct FrameArgs {
     /// Build a tree of a sequence anew where refitting has raised its SAH cost to so many times what it was [default: 1.2]
     #[arg(long, value_name = "RATIO", value_parser = ratio)]
     rebuild_ratio: Option<f32>,
+    /// Build the tree of a mesh of a sequence anew after at most N poses, whatever refitting would cost: no frame from there on
+    /// needs an earlier tree, nor, with --codec compact, an earlier frame, unless a mesh stands as before. Implies --trees first
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MOST_FRAMES as i64), conflicts_with = "trees")]
+    keyframe_every: Option<u32>,
     /// Take inputs and output as plain names, without frames and without *, ? and []
     #[arg(long)]
     pub literal: bool,
@@ -124,12 +123,14 @@ impl FrameArgs {
         RefitPolicy {
             refit: self.refit.unwrap_or(default.refit),
             rebuild_ratio: self.rebuild_ratio.unwrap_or(default.rebuild_ratio),
+            keyframe_every: self.keyframe_every.and_then(NonZeroU32::new),
         }
     }
 
     /// Whether trees are made for all frames together.
     pub fn trees(&self) -> TreeChoice {
-        self.trees.unwrap_or(TreeChoice::Surveyed(Trees::Auto))
+        let default = if self.keyframe_every.is_some() { TreeChoice::First } else { TreeChoice::Surveyed(Trees::Auto) };
+        self.trees.unwrap_or(default)
     }
 
     /// The first flag that was given and that only a sequence reads.
@@ -138,6 +139,7 @@ impl FrameArgs {
             ("--refit", self.refit.is_some()),
             ("--trees", self.trees.is_some()),
             ("--rebuild-ratio", self.rebuild_ratio.is_some()),
+            ("--keyframe-every", self.keyframe_every.is_some()),
         ];
         given.into_iter().find_map(|(flag, is_given)| is_given.then_some(flag))
     }
@@ -173,6 +175,18 @@ pub struct Sequence {
     pub warnings: Vec<String>,
 }
 
+/// What to do about a name that is not quite a pattern.
+pub fn way_out(why: &NoPattern) -> String {
+    match why {
+        NoPattern::NotUtf8 => "rename the files, or name them one by one".into(),
+        NoPattern::Places(_) => "write the other numbers out, or take the name as it is with --literal".into(),
+        NoPattern::List(_) => "write the list as 1001-1100, or give it to --frames".into(),
+        NoPattern::Spaces { fixed, .. } => format!("write it so: '{}'", fixed.display()),
+        NoPattern::InFolder => "build folder by folder, or take the path as it is with --literal".into(),
+        _ => "write %04d for numbers of four digits".into(),
+    }
+}
+
 /// The frames of a path that is a pattern; `None` for one that is a plain name or exists.
 pub fn resolve(path: &Path, args: &FrameArgs) -> Option<Result<Sequence, Failure>> {
     if args.literal || path.symlink_metadata().is_ok() {
@@ -181,8 +195,9 @@ pub fn resolve(path: &Path, args: &FrameArgs) -> Option<Result<Sequence, Failure
     let refuse = |exit, fact: String| Failure::new(exit, format!("cannot build {}", names::path(path))).fact(fact);
     Some(match Pattern::parse(path)? {
         Ok(pattern) => find(path, &pattern, args),
-        Err(NoPattern { fact, help }) => {
-            Err(refuse(Exit::Usage, format!("no such file exists, and as a pattern of frames {fact}")).help(help))
+        Err(why) => {
+            Err(refuse(Exit::Usage, format!("no such file exists, and as a pattern of frames {why}"))
+                .help(way_out(&why)))
         }
     })
 }
@@ -225,12 +240,12 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
     let numbers = wanted.map_or_else(|| folder.expected(), |list| Some(list.list().to_vec())).ok_or_else(|| {
         refuse(
             Exit::Usage,
-            format!("there are {there}, and a sequence has at most {} frames", figures::count(MOST as u64)),
+            format!("there are {there}, and a sequence has at most {} frames", figures::count(MOST_NUMBERS as u64)),
         )
         .help("choose frames by --frames")
     })?;
     let absent: Vec<i32> = numbers.iter().copied().filter(|n| !folder.files.contains_key(n)).collect();
-    let gaps = folder::ranges(&absent);
+    let gaps = ranges(&absent);
     let missing = match absent.len() {
         1 => format!("frame {gaps} is missing"),
         n => format!("{} frames are missing: {gaps}", figures::count(n as u64)),

@@ -16,6 +16,7 @@ fn args(frames: Option<&str>, missing: Missing) -> FrameArgs {
         refit: None,
         trees: None,
         rebuild_ratio: None,
+        keyframe_every: None,
         literal: false,
     }
 }
@@ -94,4 +95,19 @@ fn what_cannot_be_meant_is_refused() {
     };
     assert!(plain("b#1.obj", false), "what exists stands for itself");
     assert!(plain("c#.obj", true) && plain("c.obj", false));
+}
+
+#[test]
+fn what_is_not_quite_a_pattern_is_told_with_a_way_out() {
+    for (text, help) in [
+        ("in/a.%4d.obj", "'in/a.%04d.obj'"),
+        ("in.%04d/a.obj", "--literal"),
+        ("####/a.obj", "folder by folder"),
+        ("a.%d.%d.obj", "--literal"),
+        ("a.%099d.obj", "%04d"),
+        ("a.9-1#.obj", "1001-1100"),
+    ] {
+        let why = Pattern::parse(Path::new(text)).unwrap().unwrap_err();
+        assert!(way_out(&why).contains(help), "{text}: {why:?}");
+    }
 }

@@ -1,5 +1,6 @@
 //! A sequence: many frames, one file.
 
+mod again;
 mod told;
 
 use super::Empty;
@@ -21,6 +22,7 @@ use crate::cli::names;
 use crate::cli::progress::Bar;
 use crate::scene::{self, Animation, Clip, Degenerate, InputFile, ReadOptions, Scene, Seconds};
 use crate::sequence::{FrameLabel, Incoming, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees};
+use again::Plan;
 use std::time::{Duration, Instant};
 use told::{Arrived, Told, arrive};
 
@@ -30,12 +32,14 @@ const FILM: f64 = 24.0;
 /// Frames that trees are made for; those of longer sequences are thinned out evenly.
 const SURVEYED: usize = 24;
 
-/// Some of the frames, spread evenly from the first to the last.
-fn some<T>(frames: &[T]) -> impl Iterator<Item = &T> {
-    let count = frames.len().min(SURVEYED);
-    let last = frames.len().saturating_sub(1);
-    (0..count).filter_map(move |i| frames.get(i * last / (count.max(2) - 1)))
+/// Some of so many frames, spread evenly from the first to the last.
+fn some(frames: usize) -> impl Iterator<Item = usize> {
+    let count = frames.min(SURVEYED);
+    (0..count).map(move |i| i * (frames - 1) / (count.max(2) - 1))
 }
+
+/// The option that says which frames a sequence has.
+const CHOICE: &str = "sequence";
 
 /// What the frames of a sequence are read with: triangles without area stay, since they may have one in another frame.
 fn read_options(read: &ReadOptions) -> ReadOptions {
@@ -51,14 +55,20 @@ fn build_options(build: &BuildOptions, policy: &RefitPolicy) -> BuildOptions {
 
 /// What decides a sequence's content beside its inputs.
 pub fn recipe(workshop: &Workshop, frames: &Frames) -> Recipe {
+    recipe_of(workshop, &frames.recorded())
+}
+
+/// The same for frames by what is recorded of them.
+fn recipe_of(workshop: &Workshop, frames: &str) -> Recipe {
     let policy = workshop.args.frames.policy();
     // What is told first where a file is out of date.
     let mut options: Vec<(String, String)> = vec![
-        ("sequence".into(), frames.recorded()),
+        (CHOICE.into(), frames.into()),
         ("refit".into(), policy.refit.name().into()),
         ("trees".into(), workshop.args.frames.trees().to_string()),
         ("rebuild_ratio".into(), policy.rebuild_ratio.to_string()),
     ];
+    options.extend(policy.keyframe_every.map(|every| ("keyframe_every".into(), every.to_string())));
     options.extend(build_options(&workshop.build, &policy).effective());
     options.extend(read_options(&workshop.read).effective());
     Recipe { options, ..workshop.recipe.clone() }
@@ -98,7 +108,7 @@ impl Workshop<'_> {
         }
         let mut told = Told::default();
         match frames_of {
-            Frames::Files(list) => self.files(list, &read, &mut builder, &mut told, &bar)?,
+            Frames::Files(list) => self.files(job, list, &read, &mut builder, &mut told, &bar)?,
             Frames::Clip { choice, fps, range } => {
                 let mut progress = |_, _| ();
                 scene::play(&job.input, choice, &read, exec, &mut progress, |clip| {
@@ -110,7 +120,8 @@ impl Workshop<'_> {
         }
         self.not_an_input(job, &told.inputs)?;
 
-        let Told { mut report, rounding, placing, inputs, frames, read_time, troubled, changed } = told;
+        let Told { mut report, rounding, placing, inputs, frames, read_time, troubled, changed, read: were_read } =
+            told;
         if let Some(path) = changed {
             return Err(changed_meanwhile(&path));
         }
@@ -149,7 +160,7 @@ impl Workshop<'_> {
         }
         let times = Times::new(read_time, build_time, start.elapsed());
         let arrival = Arrival { read: report, rounding, placing, posed: None, remarks: lines };
-        Ok(self.made(&written, SequenceBuilt::new(frames, surveyed), inputs, arrival, times))
+        Ok(self.made(&written, SequenceBuilt::new(frames, surveyed, were_read.len() as u64), inputs, arrival, times))
     }
 
     /// Read all that a sequence is built from, and say what the build would say of it; nothing is built.
@@ -209,6 +220,7 @@ impl Workshop<'_> {
     /// The frames of a pattern: while one is built, the next one is read.
     fn files(
         &self,
+        job: &Job,
         list: &[OneFrame],
         read: &ReadOptions,
         builder: &mut SequenceBuilder,
@@ -222,12 +234,14 @@ impl Workshop<'_> {
                 scene::read_with(&frame.model, read, exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e));
             Ok((scene?, start.elapsed()))
         };
+        let prior = self.prior(job, list);
         if let Some(trees) = self.surveys(list.len()) {
             bar.spin("looking at frames of");
             let mut scenes = Vec::new();
-            for frame in some(list) {
-                let (scene, took) = read_one(frame)?;
+            for index in some(list.len()) {
+                let (scene, took) = read_one(&list[index])?;
                 told.read_time += took;
+                told.read.insert(index);
                 told.inputs(&scene.inputs);
                 scenes.push(scene);
             }
@@ -235,17 +249,26 @@ impl Workshop<'_> {
         }
         bar.phase("frames of", list.len() as u64);
         let preparer = builder.preparer();
-        let read_one = |frame: &OneFrame| -> Result<Incoming<Arrived>, Failure> {
+        let read_one = |index: usize| -> Result<Incoming<Arrived>, Failure> {
+            let frame = &list[index];
             let (scene, took) = read_one(frame)?;
             caches::fits(&frame.model, &scene, &self.build, self.context)?;
-            let label = FrameLabel { number: frame.number, time: None, held: frame.held };
-            arrive(&preparer, scene, label, took)
+            arrive(&preparer, scene, frame.label(), took)
+        };
+        let mut plan = match prior {
+            Some(prior) => self.take(prior, builder, read_one)?,
+            None => Plan::read_all(),
         };
         builder.add_all(
             list.len(),
-            |some| exec.map(list[some].iter().collect(), |_, frame| read_one(frame)).into_iter().collect(),
+            |some| {
+                let ready = some.map(|index| (index, plan.ready(index, &list[index]))).collect();
+                let read = |_, (index, ready): (usize, Option<_>)| ready.map_or_else(|| read_one(index), Ok);
+                exec.map(ready, read).into_iter().collect()
+            },
+            read_one,
             |i, outcome, arrived: Arrived| {
-                told.frame(&arrived, outcome, read);
+                told.frame(i, &arrived, outcome, read);
                 bar.set(i as u64 + 1, list.len() as u64);
                 Ok(())
             },
@@ -264,7 +287,7 @@ impl Workshop<'_> {
         if let Some(trees) = self.surveys(times.len()) {
             bar.spin("looking at frames of");
             let start = Instant::now();
-            let scenes: Result<Vec<Scene>, _> = some(times).map(|time| clip.at(*time)).collect();
+            let scenes: Result<Vec<Scene>, _> = some(times.len()).map(|index| clip.at(times[index])).collect();
             let scenes = scenes.map_err(|e| caches::scene_failure(&e))?;
             told.read_time += start.elapsed();
             builder.survey(scenes, trees).map_err(|e| failure(&e))?;
@@ -282,8 +305,10 @@ impl Workshop<'_> {
                 })
                 .collect()
             },
+            // A clip is one file: where it changed, every frame did.
+            |_| Err(Failure::new(Exit::Internal, "cannot pose a frame twice")),
             |i, outcome, arrived: Arrived| {
-                told.frame(&arrived, outcome, read);
+                told.frame(i, &arrived, outcome, read);
                 bar.set(i as u64 + 1, times.len() as u64);
                 Ok(())
             },

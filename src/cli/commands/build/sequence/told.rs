@@ -6,6 +6,7 @@ use crate::cli::failure::Failure;
 use crate::compile::Placing;
 use crate::scene::{InputFile, ReadOptions, ReadReport, Rounding, Scene};
 use crate::sequence::{FrameLabel, FrameOutcome, Incoming, Preparer};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -18,6 +19,8 @@ pub struct Told {
     pub inputs: Vec<InputFile>,
     pub frames: Vec<FrameOutcome>,
     pub read_time: Duration,
+    /// Which frames were read or posed, counted from 0.
+    pub read: BTreeSet<usize>,
     /// The numbers of the frames that did not arrive whole.
     pub troubled: Vec<i32>,
     /// A file that changed between two readings.
@@ -30,7 +33,23 @@ pub struct Arrived {
     rounding: Rounding,
     inputs: Vec<InputFile>,
     is_empty: bool,
+    is_read: bool,
     took: Duration,
+}
+
+impl Arrived {
+    /// Of a frame that was not read, since its model is what it was.
+    pub fn unread(input: InputFile) -> Arrived {
+        let (report, rounding) = (ReadReport::default(), Rounding::default());
+        Arrived { report, rounding, inputs: vec![input], is_empty: false, is_read: false, took: Duration::ZERO }
+    }
+
+    /// What reading dropped or repaired, with what went when meshes were put where they stand.
+    pub fn lost(&self, collapsed: u64) -> ReadReport {
+        let mut lost = self.report.clone();
+        lost.degenerate_triangles += collapsed;
+        lost
+    }
 }
 
 /// A scene that was read becomes a frame on its way.
@@ -41,7 +60,7 @@ pub fn arrive(
     took: Duration,
 ) -> Result<Incoming<Arrived>, Failure> {
     let (report, rounding, inputs) = (scene.report.clone(), scene.rounding, scene.inputs.clone());
-    let told = Arrived { report, rounding, inputs, is_empty: scene.meshes.is_empty(), took };
+    let told = Arrived { report, rounding, inputs, is_empty: scene.meshes.is_empty(), is_read: true, took };
     Ok(Incoming { frame: preparer.prepare(scene)?, label, told })
 }
 
@@ -59,7 +78,10 @@ impl Told {
         }
     }
 
-    pub fn frame(&mut self, scene: &Arrived, frame: FrameOutcome, read: &ReadOptions) {
+    pub fn frame(&mut self, index: usize, scene: &Arrived, frame: FrameOutcome, read: &ReadOptions) {
+        if scene.is_read {
+            self.read.insert(index);
+        }
         let (report, rounding, placing) = (&scene.report, &scene.rounding, &Placing::default());
         let remarks = Remarks { report, read, rounding, placing };
         if scene.is_empty || !remarks.warnings(Levels::Two).is_empty() {

@@ -3,14 +3,23 @@
 use std::collections::BTreeSet;
 use std::str::FromStr;
 
-/// More frames than any sequence has; a list is held as single numbers.
-pub const MOST: usize = 1 << 20;
+/// Most numbers of a list, which is held as single numbers; no sequence has as many frames.
+pub const MOST_NUMBERS: usize = 1 << 20;
 
-/// Numbers in ascending order, each once, and at least one.
+/// Numbers of frames in ascending order, each once, and at least one: `7`, `1-100`, `1-100x5` for every fifth, or several with commas.
+///
+/// ```
+/// use bvhc::scene::frames::Numbers;
+///
+/// let numbers: Numbers = "1,5,10-20x5".parse()?;
+/// assert_eq!(numbers.list(), [1, 5, 10, 15, 20]);
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Numbers(Vec<i32>);
 
 impl Numbers {
+    /// The numbers.
     pub fn list(&self) -> &[i32] {
         &self.0
     }
@@ -32,8 +41,8 @@ impl FromStr for Numbers {
                 return Err(format!("the range {part} makes steps of 0; the smallest step is 1"));
             }
             let count = (i64::from(last) - i64::from(first)) / i64::from(step) + 1;
-            if count + numbers.len() as i64 > MOST as i64 {
-                return Err(format!("there are more than {MOST} frames in it"));
+            if count + numbers.len() as i64 > MOST_NUMBERS as i64 {
+                return Err(format!("there are more than {MOST_NUMBERS} frames in it"));
             }
             numbers.extend((first..=last).step_by(step as usize));
         }
@@ -117,7 +126,7 @@ mod tests {
             let error = text.parse::<Numbers>().unwrap_err();
             assert!(error.contains(reason), "{text}: {error}");
         }
-        assert_eq!("0-1048575".parse::<Numbers>().unwrap().0.len(), MOST);
+        assert_eq!("0-1048575".parse::<Numbers>().unwrap().0.len(), MOST_NUMBERS);
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! The files of a folder that a pattern of frames matches.
 
-use super::numbers::MOST;
+use super::numbers::MOST_NUMBERS;
 use super::pattern::{Match, Pattern};
 use std::collections::BTreeMap;
 
-/// What is there.
+/// What a folder has of a pattern.
 #[derive(Debug, Default)]
 pub struct Folder {
     /// Names by frame number.
@@ -18,6 +18,10 @@ pub struct Folder {
 }
 
 impl Folder {
+    /// Look at the names in the pattern's folder.
+    ///
+    /// # Errors
+    /// Where it cannot be listed.
     pub fn read(pattern: &Pattern) -> std::io::Result<Folder> {
         let mut names: Vec<String> = Vec::new();
         for entry in std::fs::read_dir(pattern.folder())? {
@@ -48,7 +52,7 @@ impl Folder {
         let Some(step) = steps.reduce(common_divisor) else { return Some(numbers) };
         let (first, last) = (numbers[0], numbers[numbers.len() - 1]);
         let count = (i64::from(last) - i64::from(first)) / step + 1;
-        (count <= MOST as i64).then(|| (0..count).map(|i| (i64::from(first) + i * step) as i32).collect())
+        (count <= MOST_NUMBERS as i64).then(|| (0..count).map(|i| (i64::from(first) + i * step) as i32).collect())
     }
 }
 
@@ -56,7 +60,7 @@ fn common_divisor(a: i64, b: i64) -> i64 {
     if b == 0 { a } else { common_divisor(b, a % b) }
 }
 
-/// Ascending numbers as a list of all their ranges: `3,7-9`.
+/// Ascending numbers as a list of all their ranges, as [`Numbers`](super::Numbers) are written: `3,7-9`.
 pub fn runs(numbers: &[i32]) -> String {
     runs_of(numbers).iter().map(text_of).collect::<Vec<_>>().join(",")
 }

@@ -3,7 +3,7 @@
 use super::numbers::{Numbers, split_list};
 use std::path::{Path, PathBuf};
 
-/// Where the number stands, and how many digits it has at least.
+/// A file name with a place for the number of a frame: where it stands, and how many digits it has at least.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
     folder: PathBuf,
@@ -24,24 +24,57 @@ pub enum Match {
     Padded(i32, usize),
     /// Its number is larger than that of any frame.
     Beyond,
+    /// It is no name of a frame.
     No,
 }
 
 /// A number is never printed with more digits.
 const WIDEST: usize = 10;
 
-/// Why a name is not the pattern that it seems to be, and what to do.
+/// Why a name is not the pattern that it seems to be.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NoPattern {
-    pub fact: String,
-    pub help: String,
+#[non_exhaustive]
+pub enum NoPattern {
+    /// It is not UTF-8, and patterns are.
+    NotUtf8,
+    /// It has so many places for a number, and one is needed.
+    Places(usize),
+    /// Its numbers would have so many digits, more than any has.
+    Digits(usize),
+    /// The list of numbers in it is none, for this reason.
+    List(String),
+    /// Its place pads numbers by spaces.
+    Spaces {
+        /// The place, as it stands there.
+        place: String,
+        /// The path with a place that pads by zeros.
+        fixed: PathBuf,
+    },
+    /// Its place is in the name of a folder.
+    InFolder,
 }
 
-impl NoPattern {
-    fn new(fact: impl Into<String>, help: impl Into<String>) -> NoPattern {
-        NoPattern { fact: fact.into(), help: help.into() }
+impl std::fmt::Display for NoPattern {
+    /// What completes "as a pattern …".
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            NoPattern::NotUtf8 => f.write_str("it is not UTF-8, and patterns are"),
+            NoPattern::Places(count) => write!(f, "it has {count} places for a frame number, and one is needed"),
+            NoPattern::Digits(width) => {
+                write!(f, "its frame numbers would have {width} digits; they have at most {WIDEST}")
+            }
+            NoPattern::List(reason) => f.write_str(reason),
+            NoPattern::Spaces { place, .. } => {
+                write!(f, "it has {place}, which pads numbers by spaces; they are padded by zeros, or not at all")
+            }
+            NoPattern::InFolder => f.write_str(
+                "its place for a frame number is in the name of a folder, and only the name of the file can have one",
+            ),
+        }
     }
 }
+
+impl std::error::Error for NoPattern {}
 
 impl Pattern {
     /// `None` for a name without a place for a number. Only the last part of a path may have one.
@@ -52,30 +85,23 @@ impl Pattern {
         let file_name = path.file_name()?;
         let Some(name) = file_name.to_str() else {
             let seems = seems_pattern(&file_name.to_string_lossy());
-            return seems.then(|| {
-                Err(NoPattern::new("it is not UTF-8, and patterns are", "rename the files, or name them one by one"))
-            });
+            return seems.then_some(Err(NoPattern::NotUtf8));
         };
         let found = [printf(name), runs(name, '#'), runs(name, '@')].into_iter().find(|places| !places.is_empty());
         let Some(places) = found else { return not_quite(path, name).map(Err) };
-        let refuse = |fact: String, help: String| Some(Err(NoPattern::new(fact, help)));
         let (start, end, width) = match places[..] {
             [one] => one,
-            _ => {
-                let fact = format!("it has {} places for a frame number, and one is needed", places.len());
-                return refuse(fact, "write the other numbers out, or take the name as it is with --literal".into());
-            }
+            _ => return Some(Err(NoPattern::Places(places.len()))),
         };
         if width > WIDEST {
-            let fact = format!("its frame numbers would have {width} digits; they have at most {WIDEST}");
-            return refuse(fact, "write %04d for numbers of four digits".into());
+            return Some(Err(NoPattern::Digits(width)));
         }
         let (mut before, after) = (&name[..start], &name[end..]);
         let mut numbers = None;
         if let Some((rest, list)) = split_list(before) {
             match list.parse() {
                 Ok(list) => (before, numbers) = (rest, Some(list)),
-                Err(reason) => return refuse(reason, "write the list as 1001-1100, or give it to --frames".into()),
+                Err(reason) => return Some(Err(NoPattern::List(reason))),
             }
         }
         // `%%` stands for a percent sign where the other place is one of printf's, as it does there.
@@ -129,17 +155,12 @@ impl Pattern {
 
 /// What a path without a place in its last part was meant to be, where it seems to be a pattern all the same.
 fn not_quite(path: &Path, name: &str) -> Option<NoPattern> {
-    if let Some((spaced, padded)) = padded_by_spaces(name) {
-        let fact = format!("it has {spaced}, which pads numbers by spaces; they are padded by zeros, or not at all");
-        let fixed = path.with_file_name(name.replacen(&spaced, &padded, 1));
-        return Some(NoPattern::new(fact, format!("write it so: '{}'", fixed.display())));
+    if let Some((place, padded)) = padded_by_spaces(name) {
+        let fixed = path.with_file_name(name.replacen(&place, &padded, 1));
+        return Some(NoPattern::Spaces { place, fixed });
     }
     let folder = path.parent()?.to_string_lossy();
-    seems_pattern(&folder).then(|| {
-        let fact =
-            "its place for a frame number is in the name of a folder, and only the name of the file can have one";
-        NoPattern::new(fact, "build folder by folder, or take the path as it is with --literal")
-    })
+    seems_pattern(&folder).then_some(NoPattern::InFolder)
 }
 
 /// Whether a text has what is hardly anything but a place for a number; a lone `#` or `@` may be part of any name.
@@ -229,17 +250,19 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_quite_a_pattern_is_told_with_a_way_out() {
-        for (text, fact, help) in [
-            ("in/a.%4d.obj", "%4d, which pads numbers by spaces", "'in/a.%04d.obj'"),
-            ("in.%04d/a.obj", "name of a folder", "--literal"),
-            ("####/a.obj", "name of a folder", "folder by folder"),
-            ("a.%d.%d.obj", "2 places", "--literal"),
-            ("a.%099d.obj", "99 digits", "%04d"),
-            ("a.9-1#.obj", "ends before it begins", "1001-1100"),
+    fn what_is_not_quite_a_pattern_is_told() {
+        let spaces = NoPattern::Spaces { place: "%4d".into(), fixed: "in/a.%04d.obj".into() };
+        for (text, why, fact) in [
+            ("in/a.%4d.obj", Some(spaces), "%4d, which pads numbers by spaces"),
+            ("in.%04d/a.obj", Some(NoPattern::InFolder), "name of a folder"),
+            ("####/a.obj", Some(NoPattern::InFolder), "name of a folder"),
+            ("a.%d.%d.obj", Some(NoPattern::Places(2)), "2 places"),
+            ("a.%099d.obj", Some(NoPattern::Digits(99)), "99 digits"),
+            ("a.9-1#.obj", None, "ends before it begins"),
         ] {
             let refused = Pattern::parse(Path::new(text)).unwrap().unwrap_err();
-            assert!(refused.fact.contains(fact) && refused.help.contains(help), "{text}: {refused:?}");
+            assert!(refused.to_string().contains(fact), "{text}: {refused}");
+            assert!(why.is_none_or(|why| why == refused), "{text}");
         }
     }
 
@@ -248,7 +271,7 @@ mod tests {
     fn patterns_are_utf_8() {
         use std::os::unix::ffi::OsStrExt;
         let parse = |name: &[u8]| Pattern::parse(Path::new(std::ffi::OsStr::from_bytes(name)));
-        assert!(parse(b"caf\xe9.%04d.obj").unwrap().unwrap_err().fact.contains("UTF-8"));
+        assert_eq!(parse(b"caf\xe9.%04d.obj"), Some(Err(NoPattern::NotUtf8)));
         assert_eq!(parse(b"caf\xe9.obj"), None);
     }
 

@@ -1,0 +1,102 @@
+#!/usr/bin/env python3
+"""A long sequence: how long each phase takes, how much memory, and what a second build and one of an edited frame do.
+
+    benches/sequence.py [--bvhc target/release/bvhc] [--frames 1000] [--side 123] [--folder DIR] [-- BUILD-OPTION…]
+
+The frame that is edited stands right behind the middle; where it is one of those that trees are made of, all are read. Writes that many frames of a cloth in waves (2 · (side - 1)² triangles; 123 makes 29,768) into a folder, needs about 3 GB there, and removes them.
+Only Python's own library is needed. Counts and memory are the program's own; times depend on the machine and on what else it does.
+"""
+
+import argparse
+import json
+import math
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+
+# A prime number, so that the waves come back after as many frames and not before.
+PERIOD = 1009
+
+
+def write_frames(folder, count, side):
+    """The frames, the same bytes on every machine: the waves are made of sines that were rounded to thousandths. No two frames are alike."""
+    wave = [round(1000 * math.sin(2 * math.pi * i / PERIOD)) for i in range(PERIOD)]
+    faces = "".join(
+        f"f {v} {v + 1} {v + side + 1}\nf {v} {v + side + 1} {v + side}\n"
+        for z in range(side - 1)
+        for v in range(z * side + 1, z * side + side)
+    )
+    for frame in range(1, count + 1):
+        write_frame(folder, frame, side, wave, faces, 0)
+    return wave, faces
+
+
+def write_frame(folder, frame, side, wave, faces, lift):
+    rows = []
+    for z in range(side):
+        for x in range(side):
+            first, second, third = (wave[i % PERIOD] for i in (20 * x + 8 * frame, 14 * z + 5 * frame, 6 * x + 3 * z))
+            height = first + second * third // 1000 + lift
+            rows.append(f"v {x} {height / 500:.3f} {z}\n")
+    (folder / f"cloth.{frame:04d}.obj").write_text("".join(rows) + faces)
+
+
+class Bench:
+    def __init__(self, bvhc, folder, options):
+        self.bvhc, self.folder, self.options = bvhc, folder, options
+
+    def build(self, what, frames, *more):
+        """Build the first frames, and print what that took."""
+        file = self.folder / f"cloth.{frames}.bvhc"
+        pattern = self.folder / "cloth.%04d.obj"
+        command = [self.bvhc, "build", pattern, "-o", file, "--frames", f"1-{frames}", "--json", *self.options, *more]
+        run = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, check=False)
+        if run.returncode:
+            sys.exit(f"{what}: exit code {run.returncode}")
+        result = json.loads(run.stdout)["results"][0]
+        if result["status"] != "built":
+            print(f"| {what} | {result['status']} | | | | | | | |")
+            return result, file
+        built = result["built"]
+        times, sequence = built["times"], built["sequence"]
+        seconds = [f"{times[phase + '_ms'] / 1000:.1f}" for phase in ("read", "build", "write", "total")]
+        memory = f"{(built['peak_memory'] or 0) / 2**20:.0f}"
+        cells = [what, sequence["read"], sequence["built"], sequence["refitted"], sequence["taken"], *seconds, memory]
+        print("| " + " | ".join(map(str, cells)) + " |", flush=True)
+        return result, file
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bvhc", default="target/release/bvhc")
+    parser.add_argument("--frames", type=int, default=1000)
+    parser.add_argument("--side", type=int, default=123)
+    parser.add_argument("--folder", help="where frames and files go; default: the system's for temporary files")
+    parser.add_argument("options", nargs="*", help="options of bvhc build, after --")
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory(dir=args.folder) as folder:
+        folder = Path(folder)
+        wave, faces = write_frames(folder, args.frames, args.side)
+        bench = Bench(args.bvhc, folder, args.options)
+        few = max(args.frames // 10, 1)
+        print("| | frames read | trees built | refitted | taken | read, s | build, s | write, s | total, s | peak memory, MiB |")
+        print("|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|")
+        bench.build(f"{few} frames", few, "--jobs", "2")
+        bench.build(f"{args.frames} frames, one thread", args.frames, "--jobs", "1", "--force")
+        _, file = bench.build(f"{args.frames} frames, two threads", args.frames, "--jobs", "2", "--force")
+        before = file.stat()
+        bench.build("again", args.frames)
+        if file.stat() != before and file.stat().st_mtime_ns != before.st_mtime_ns:
+            sys.exit("a build of what is up to date wrote the file")
+        write_frame(folder, args.frames // 2 + 1, args.side, wave, faces, 37)
+        bench.build("one frame edited", args.frames, "--jobs", "2")
+        taken = file.read_bytes()
+        bench.build("the same, all frames", args.frames, "--jobs", "2", "--force")
+        if file.read_bytes() != taken:
+            sys.exit("a build from the file that was there made other bytes")
+
+
+if __name__ == "__main__":
+    main()
