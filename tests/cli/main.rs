@@ -24,6 +24,7 @@ mod snapshots;
 mod streams;
 mod surfaces;
 mod verify;
+mod view;
 
 use assert_cmd::cargo::cargo_bin;
 use std::path::{Path, PathBuf};
