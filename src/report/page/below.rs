@@ -16,7 +16,9 @@ const UNUSED: Node = Node { min: [0.0; 3], first: 0, max: [0.0; 3], count: 0 };
 impl Below {
     /// Below record `node` of `NODE`. `None` where no node of a tree has this number: the second record of each tree is unused.
     pub fn of(view: &View<'_>, node: u64) -> Option<Below> {
-        let local = |blas: &BlasRecord| node.checked_sub(blas.node_offset).filter(|local| *local < u64::from(blas.node_count) && *local != 1);
+        let local = |blas: &BlasRecord| {
+            node.checked_sub(blas.node_offset).filter(|local| *local < u64::from(blas.node_count) && *local != 1)
+        };
         let (number, local) = view.blases.iter().enumerate().find_map(|(i, blas)| Some((i, local(blas)?)))?;
         let tree = view.blas(number)?;
         let root = *tree.nodes.get(local as usize)?;
@@ -67,7 +69,10 @@ mod tests {
     #[test]
     fn a_node_has_its_own_triangles_in_canonical_order() {
         let positions: Vec<[f32; 3]> = (0..82u16).map(|i| [f32::from(i), f32::from(i % 2), 0.0]).collect();
-        let built = crate::Build::of_triangles("strip", positions, (0..80).map(|i| [i, i + 1, i + 2]).collect()).unwrap().run().unwrap();
+        let built = crate::Build::of_triangles("strip", positions, (0..80).map(|i| [i, i + 1, i + 2]).collect())
+            .unwrap()
+            .run()
+            .unwrap();
         let view = built.view();
         let (first, whole) = (u64::from(view.nodes[0].first), view.triangles.len());
         let counts: Vec<usize> = [first, first + 1]

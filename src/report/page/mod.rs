@@ -97,14 +97,22 @@ pub fn page(scenes: &[PageScene], together: Together, camera: Option<PageCamera>
     let data: String = scenes
         .iter()
         .enumerate()
-        .map(|(i, scene)| format!("<script type=\"text/plain\" id=\"data-{i}\">{}</script>\n", STANDARD.encode(&scene.data)))
+        .map(|(i, scene)| {
+            format!("<script type=\"text/plain\" id=\"data-{i}\">{}</script>\n", STANDARD.encode(&scene.data))
+        })
         .collect();
     let title = scenes.first().map_or("", |s| &s.name).replace('&', "&amp;").replace('<', "&lt;");
-    let mut out = TEMPLATE.to_owned();
-    for (mark, text) in [("%TITLE%", &*title), ("%STYLE%", STYLE), ("%CODE%", &code()), ("%HEAD%", &head), ("%DATA%", &data)] {
-        out = out.replacen(mark, text, 1);
+    let code = code();
+    let parts = [("%TITLE%", &*title), ("%STYLE%", STYLE), ("%HEAD%", &head), ("%DATA%", &data), ("%CODE%", &code)];
+    // The marks stand in this order, so that none is looked for in what was put in.
+    let (mut out, mut rest) = (String::new(), TEMPLATE);
+    for (mark, text) in parts {
+        if let Some((before, after)) = rest.split_once(mark) {
+            out.extend([before, text]);
+            rest = after;
+        }
     }
-    out
+    out + rest
 }
 
 /// The modules as one script.
@@ -116,4 +124,78 @@ fn code() -> String {
 fn alone(text: &str) -> String {
     let lines = text.lines().filter(|line| !line.starts_with("import "));
     lines.map(|line| format!("{}\n", line.strip_prefix("export ").unwrap_or(line))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cache::View;
+
+    fn scene(name: &str) -> PageScene {
+        let view = View { nodes: &[], triangles: &[], geoms: &[], blases: &[], tlas_nodes: &[], instances: &[] };
+        let packed = pack(&view).unwrap();
+        let name = name.to_string();
+        PageScene { name, frame: None, facts: Vec::new(), parts: Vec::new(), counts: packed.counts, data: packed.data }
+    }
+
+    #[test]
+    fn every_module_is_joined_and_none_imports() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/report/page/web");
+        let mut files: Vec<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .filter_map(|name| Some(name.strip_suffix(".js")?.to_string()))
+            .collect();
+        files.sort();
+        let mut joined: Vec<&str> = MODULES.iter().map(|(name, _)| *name).collect();
+        joined.sort_unstable();
+        assert_eq!(files, joined);
+        let code = code();
+        assert!(!code.lines().any(|line| line.starts_with("import ") || line.starts_with("export ")));
+        assert!(!code.contains("</script"));
+        // One script has each name once.
+        let mut names: Vec<&str> = code
+            .lines()
+            .filter_map(|line| {
+                ["function ", "async function ", "class ", "const ", "let "].iter().find_map(|k| line.strip_prefix(k))
+            })
+            .map(|rest| rest.split([' ', '(', ';']).next().unwrap_or_default())
+            .collect();
+        let all = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), all);
+    }
+
+    #[test]
+    fn names_of_files_and_parts_cannot_end_the_script() {
+        let mut scene = scene("a</script><b>%DATA%");
+        scene.parts = vec!["</script>".to_string()];
+        let page = page(&[scene], Together::Frames, None);
+        assert_eq!(page.matches("</script>").count(), 3);
+        assert!(!page.contains("<b>"));
+    }
+
+    #[test]
+    fn what_takes_too_much_is_refused_before_it_is_packed() {
+        let node = crate::tree::Node { min: [0.0; 3], first: 0, max: [0.0; 3], count: 1 };
+        let nodes = vec![node; (MOST_BYTES / 32) as usize + 1];
+        let view = View { nodes: &nodes, triangles: &[], geoms: &[], blases: &[], tlas_nodes: &[], instances: &[] };
+        assert_eq!(pack(&view).unwrap_err(), PackError::TooLarge { bytes: bytes_of(&view), most: MOST_BYTES });
+    }
+
+    #[test]
+    fn nodes_out_of_order_are_refused() {
+        let built = crate::Build::of_triangles(
+            "strip",
+            (0..22u16).map(|i| [f32::from(i), f32::from(i % 2), 0.0]).collect(),
+            (0..20).map(|i| [i, i + 1, i + 2]).collect(),
+        );
+        let built = built.unwrap().run().unwrap();
+        let view = built.view();
+        assert!(pack(&view).is_ok());
+        let mut nodes = view.nodes.to_vec();
+        nodes[0].first += 2;
+        assert!(matches!(pack(&View { nodes: &nodes, ..view }), Err(PackError::Malformed(_))));
+    }
 }

@@ -36,7 +36,8 @@ pub fn run(output: &Path, args: &ViewArgs, context: &Context) -> Result<Exit, Fa
         let document = Document { schema: "bvhc.view.v1", exit_code: 0, output, picture: None, tree: None };
         context.terminal.document(&document)?;
     } else if !context.terminal.quiet {
-        let frames = if scenes.len() > 1 && !args.compare { format!(", {} frames", scenes.len()) } else { String::new() };
+        let frames =
+            if scenes.len() > 1 && !args.compare { format!(", {} frames", scenes.len()) } else { String::new() };
         context.terminal.print(&format!("{}  {}{frames}\n", names::path(output), bytes(text.len() as u64)))?;
     }
     Ok(Exit::Success)
@@ -60,7 +61,14 @@ fn read(
         camera.get_or_insert_with(|| stand(&view, args, context));
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let facts = args.root.map(|root| ("Below".to_string(), format!("node {root} of the file")));
-        scenes.push(PageScene { name, frame, facts: facts.into_iter().collect(), parts, counts: packed.counts, data: packed.data });
+        scenes.push(PageScene {
+            name,
+            frame,
+            facts: facts.into_iter().collect(),
+            parts,
+            counts: packed.counts,
+            data: packed.data,
+        });
         Ok(())
     };
     if !caches::is_sequence(path, context) {
@@ -77,10 +85,18 @@ fn read(
         taken += bytes_of(&frame.view());
         if taken > MOST_BYTES && chosen.len() > 1 {
             return Err(Failure::new(Exit::Usage, format!("cannot make a page of {}", names::path(path)))
-                .fact(format!("its {} frames have more than {} of records, the most of a page", chosen.len(), bytes(MOST_BYTES)))
+                .fact(format!(
+                    "its {} frames have more than {} of records, the most of a page",
+                    chosen.len(),
+                    bytes(MOST_BYTES)
+                ))
                 .help("show one of them: --frame N"));
         }
-        let parts = frame.parts().iter().map(|row| sequence.names().get(*row as usize).unwrap_or_default().to_string()).collect();
+        let parts = frame
+            .parts()
+            .iter()
+            .map(|row| sequence.names().get(*row as usize).unwrap_or_default().to_string())
+            .collect();
         add(&frame.view(), Some(*number), parts)?;
     }
     Ok(())
@@ -90,7 +106,11 @@ fn refused(error: &PackError, path: &Path, args: &ViewArgs) -> Failure {
     let failure = Failure::new(Exit::Usage, format!("cannot make a page of {}", names::path(path)));
     match error {
         PackError::TooLarge { bytes: taken, most } => failure
-            .fact(format!("its nodes, triangles and instances take {}, and a page stays smooth up to {}", bytes(*taken), bytes(*most)))
+            .fact(format!(
+                "its nodes, triangles and instances take {}, and a page stays smooth up to {}",
+                bytes(*taken),
+                bytes(*most)
+            ))
             .help(match args.root {
                 None => "show a part of it: --root NODE, with a number from bvhc view FILE --tree",
                 Some(_) => "choose a node farther down, with a number from bvhc view FILE --tree",

@@ -56,8 +56,10 @@ export class CpuRenderer {
     this.name = many > 1 ? `CPU (${many} workers)` : "CPU (one worker)";
     const url = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
     this.workers = Array.from({ length: many }, () => {
-      const worker = new Worker(url, { type: "module" });
+      // A page that was opened as a file may start no worker of the kind "module".
+      const worker = new Worker(url);
       worker.onmessage = ({ data }) => this.take(worker, data);
+      worker.onerror = (event) => this.failed?.(new Error(event.message || "a worker cannot start"));
       return worker;
     });
     this.idle = new Set(this.workers);

@@ -13,6 +13,7 @@ export class View {
     this.renderer = renderer;
     this.canvas = canvas;
     this.told = told;
+    renderer.failed = told.failed;
     this.version = 0;
     this.coarse = 0.25;
     this.perPixel = null; // milliseconds, measured
