@@ -92,6 +92,13 @@ def documents(tool, scratch):
     yield from run("info", *files, VECTORS / "invalid/E0206-meta-encoding.bvhc")
     yield from run("stats", *files)
     yield from run("stats", "small.bvhc", "--epo", "off")
+    picture = ["--size", "24x16", "-o", "picture.png"]
+    yield from run("view", files[0], *picture, "--shade", "cost", "--boxes", "2")
+    yield from run("view", files[1], *picture, "--shade", "instance")
+    yield from run("view", "clip.bvhc", "--frame", "0", *picture)
+    yield from run("view", "--compare", files[1], files[2], *picture)
+    yield from run("view", files[0], "--tree", "--depth", "2")
+    yield from run("view", files[1], "--tree")
     yield from run("check", *files, *sorted((VECTORS / "invalid").glob("*.bvhc")))
     yield from run("explain", "--list")
     yield from run("explain", "E0402")

@@ -1,6 +1,6 @@
 //! What can be typed: the global flags and the list of commands. Each command's own flags stand in its file.
 
-use super::commands::{build, check, completions, convert, explain, info, man, reference, stats, verify};
+use super::commands::{build, check, completions, convert, explain, info, man, reference, stats, verify, view};
 use super::terminal::ColorChoice;
 use super::{exit, figures};
 use clap::{Args, Parser, Subcommand};
@@ -50,6 +50,7 @@ pub enum Command {
     Stats(stats::StatsArgs),
     Check(check::CheckArgs),
     Verify(verify::VerifyArgs),
+    View(view::ViewArgs),
     Convert(convert::ConvertArgs),
     Explain(explain::ExplainArgs),
     Completions(completions::CompletionsArgs),
@@ -65,7 +66,8 @@ fn after_long_help() -> String {
          bvhc build a.obj b.gltf -o caches/        compile several into a folder\n  \
          bvhc check rock.bvhc                      prove that a file is intact and well formed\n  \
          bvhc verify rock.bvhc --source rock.glb   prove that traversing it finds the right hits\n  \
-         bvhc stats rock.bvhc                      what the trees are like\n\n{}",
+         bvhc stats rock.bvhc                      what the trees are like\n  \
+         bvhc view rock.bvhc -o rock.png           a picture of it\n\n{}",
         exit::help_table()
     )
 }

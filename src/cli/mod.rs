@@ -10,7 +10,7 @@
 //! | `names`, `figures` | foreign names and numbers as text |
 //! | `progress`, `interrupt` | the bar, and what a signal does |
 //! | `depfile` | dependencies for Ninja and Make |
-//! | `drawing` | charts as files |
+//! | `drawing` | charts and pictures as files |
 //!
 //! Results go to stdout; progress, warnings and errors go to stderr.
 
@@ -88,6 +88,7 @@ fn dispatch(command: &Command, context: &Context) -> Result<Exit, Failure> {
         Command::Stats(args) => commands::stats::run(args, context),
         Command::Check(args) => commands::check::run(args, context),
         Command::Verify(args) => commands::verify::run(args, context),
+        Command::View(args) => commands::view::run(args, context),
         Command::Convert(args) => commands::convert::run(args, context),
         Command::Explain(args) => commands::explain::run(args, context),
         Command::Completions(args) => commands::completions::run(args, context),

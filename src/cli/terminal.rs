@@ -59,6 +59,11 @@ impl Terminal {
         self.progress
     }
 
+    /// Use colour on stdout?
+    pub fn wants_colour(&self) -> bool {
+        self.color_out
+    }
+
     /// Write text to stdout as it is.
     pub fn print(&self, text: &str) -> Result<(), Failure> {
         let mut out = io::stdout().lock();

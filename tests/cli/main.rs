@@ -25,6 +25,7 @@ mod snapshots;
 mod streams;
 mod surfaces;
 mod verify;
+mod view;
 
 use assert_cmd::cargo::cargo_bin;
 use std::path::{Path, PathBuf};

@@ -75,6 +75,7 @@ fn snapshots_of_help() {
         "stats -h",
         "check -h",
         "verify -h",
+        "view -h",
         "convert -h",
     ];
     keep("help", &Place::new(), &commands);

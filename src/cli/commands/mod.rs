@@ -11,3 +11,4 @@ pub mod man;
 pub mod reference;
 pub mod stats;
 pub mod verify;
+pub mod view;

@@ -78,7 +78,7 @@ const TRIMMED: f64 = 0.02;
 const CROWDED: f64 = 0.125;
 
 /// The box of the scene, or of what nearly all of its triangles are in, with a quarter of it around, if that is much smaller.
-fn subject(view: &View<'_>) -> Aabb {
+pub(crate) fn subject(view: &View<'_>) -> Aabb {
     let world = World::new(view);
     let Some(whole) = world.bounds() else { return Aabb { min: [0.0; 3], max: [1.0; 3] } };
     let asked = world.centres(ASKED);

@@ -12,10 +12,11 @@ mod everywhere;
 mod world;
 
 pub use camera::Camera;
+pub(crate) use camera::subject;
 pub use everywhere::everywhere;
 
 use self::bounce::{Struck, bounces, camera_rays, strike, toward_occluders};
-use self::world::World;
+pub(crate) use self::world::World;
 use super::{Counters, any_hit, closest_hit, try_any_hit, try_closest_hit};
 use crate::cache::View;
 use crate::exec::Executor;

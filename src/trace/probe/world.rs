@@ -7,7 +7,7 @@ use crate::trace::Hit;
 use crate::tree::Node;
 
 /// A view, and where its instances stand.
-pub(super) struct World<'v> {
+pub(crate) struct World<'v> {
     pub view: &'v View<'v>,
     /// By the instance's number; empty in a scene of one level.
     places: Vec<Affine>,
