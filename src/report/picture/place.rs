@@ -148,7 +148,7 @@ impl Stage {
 
     /// Around the subject, a little and well above it.
     fn around(&self) -> Vec<Camera> {
-        let rings = [0.3, 0.75].into_iter().flat_map(|above| directions().map(move |d| (above, d)));
+        let rings = [0.3f64, 0.75].into_iter().flat_map(|above| directions().map(move |d| (above, d)));
         rings
             .map(|(above, [x, z])| {
                 let length = (1.0 + above * above).sqrt();
