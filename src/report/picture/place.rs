@@ -77,7 +77,7 @@ impl Standpoint {
             Standpoint::Top => [0.0, 1.0, 0.0],
             Standpoint::Bottom => [0.0, -1.0, 0.0],
         };
-        stage.from_outside(toward)
+        stage.outside(toward)
     }
 }
 
@@ -125,7 +125,7 @@ impl Stage {
     }
 
     /// Looking at the middle from `toward`, as near as the whole subject fits the film.
-    fn from_outside(&self, toward: [f64; 3]) -> Camera {
+    fn outside(&self, toward: [f64; 3]) -> Camera {
         let (toward, middle) = (self.turned(toward), self.middle());
         let camera = |distance: f64| Camera {
             eye: [0, 1, 2].map(|k| middle[k] + distance * toward[k]),
@@ -148,11 +148,11 @@ impl Stage {
 
     /// Around the subject, a little and well above it.
     fn around(&self) -> Vec<Camera> {
-        let rings = [0.3, 0.75].into_iter().flat_map(|above| directions().map(move |d| (above, d)));
+        let rings = [0.3f64, 0.75].into_iter().flat_map(|above| directions().map(move |d| (above, d)));
         rings
             .map(|(above, [x, z])| {
-                let length = (1.0 + above * above as f64).sqrt();
-                self.from_outside([x, above, z].map(|c| c / length))
+                let length = (1.0 + above * above).sqrt();
+                self.outside([x, above, z].map(|c| c / length))
             })
             .collect()
     }
@@ -197,7 +197,7 @@ impl Stage {
             cameras.iter().map(score).collect::<Vec<f64>>()
         });
         let scored = scores.concat().into_iter().zip(cameras);
-        let first = (0.0, self.from_outside([0.48, 0.36, 0.8]));
+        let first = (0.0, self.outside([0.48, 0.36, 0.8]));
         scored.fold(first, |best, (score, camera)| if score > best.0 { (score, *camera) } else { best }).1
     }
 }
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_solid_thing_is_seen_from_outside_and_whole() {
+    fn a_solid_thing_is_seen_outside_and_whole() {
         let image = boxes(&[([-1.0; 3], [1.0; 3], true)]);
         let camera = taken(&image, Standpoint::Auto);
         assert!(!is_inside(&camera, [-1.0; 3], [1.0; 3]), "{camera:?}");

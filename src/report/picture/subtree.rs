@@ -54,7 +54,7 @@ mod tests {
         let strip = |i: u32| [[i as f32, 0.0, 0.0], [i as f32, 1.0, 0.0]];
         let positions: Vec<[f32; 3]> = (0..40).flat_map(strip).collect();
         let triangles_of: Vec<[u32; 3]> = (0..78).map(|i| [i, i + 1, i + 2]).collect();
-        let built = crate::Build::of_triangles("strip", positions, triangles_of).unwrap().run().unwrap();
+        let built = crate::Build::new(&positions, &triangles_of).unwrap().run().unwrap();
         let view = built.view();
         let below = |node: u64| triangles(&Subtree::of(&view, node).unwrap().view(&view));
         let first = u64::from(view.nodes[0].first);
