@@ -182,7 +182,7 @@ fn worst_about(instances: &[&Instance], meshes: &[Mesh], origin: [f64; 3]) -> Lo
     let loss = |i: &Instance, most: usize| loss_about(i, &meshes[i.mesh as usize], origin, most);
     let sample = plan::sample(instances.len());
     let losses = instances.iter().map(|i| (i, loss(i, sample)));
-    match losses.reduce(|a, b| if a.1.share >= b.1.share { a } else { b }) {
+    match losses.reduce(|a, b| if b.1.is_more_than(&a.1) { b } else { a }) {
         Some((i, worst)) if !worst.is_tolerable() => loss(i, usize::MAX),
         Some((_, worst)) => worst,
         None => Loss::default(),
@@ -191,7 +191,7 @@ fn worst_about(instances: &[&Instance], meshes: &[Mesh], origin: [f64; 3]) -> Lo
 
 impl Placing {
     fn note(&mut self, loss: Loss) {
-        if loss.share > self.loss.share || self.loss == Loss::default() {
+        if loss.is_more_than(&self.loss) || self.loss == Loss::default() {
             self.loss = loss;
         }
     }

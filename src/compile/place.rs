@@ -40,7 +40,7 @@ impl Grain {
             let moved = |p: [f64; 3]| distance(back.transform_point(transform.transform_point(p)), p);
             self.bounds.corners().into_iter().map(moved).fold(0.0, f64::max)
         });
-        Loss { farthest, edge: *edge, share: self.share(farthest) }
+        Loss { farthest, edge: *edge, share: self.share(farthest), gone: 0.0 }
     }
 
     /// The mean over the triangles of a distance as a share of the shortest edge, at most 1.

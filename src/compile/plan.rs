@@ -55,10 +55,10 @@ impl Plan {
                 let apart = visible.iter().map(|(instance, mesh)| {
                     (uses[instance.mesh as usize] == 1).then_some(())?;
                     let grain = Grain::new(mesh);
-                    let by_matrix = grain.loss_by_matrix(&instance.transform).share;
-                    (by_matrix > Loss::MOST).then_some(())?;
+                    let by_matrix = grain.loss_by_matrix(&instance.transform);
+                    (!by_matrix.is_tolerable()).then_some(())?;
                     let origin = local_origin(world_box(&grain.bounds, &instance.transform));
-                    (loss_about(instance, mesh, origin, Loss::SAMPLE).share < by_matrix).then_some(origin)
+                    by_matrix.is_more_than(&loss_about(instance, mesh, origin, Loss::SAMPLE)).then_some(origin)
                 });
                 Plan::Meshes { apart: apart.collect() }
             }
@@ -134,8 +134,8 @@ fn groups(visible: &[(&Instance, &Mesh)]) -> Plan {
     for i in rest {
         let (instance, mesh) = visible[i];
         let own = common_origin(&[i], visible);
-        let share = |origin| loss_about(instance, mesh, origin, sample).share;
-        match share(own) < share([0.0; 3]) {
+        let loss = |origin| loss_about(instance, mesh, origin, sample);
+        match loss([0.0; 3]).is_more_than(&loss(own)) {
             true => groups.push(Group { origin: own, instances: vec![i] }),
             false => helpless.push(i),
         }
@@ -194,7 +194,7 @@ pub(super) fn shift_meshes(laid: &mut LaidOut) -> Loss {
         let loss = |mesh: &Mesh, transforms: &[Affine]| {
             let grain = Grain::new(mesh);
             let losses = transforms.iter().map(|t| grain.loss_by_matrix(t));
-            losses.reduce(|a, b| if a.share >= b.share { a } else { b }).unwrap_or_default()
+            losses.reduce(|a, b| if b.is_more_than(&a) { b } else { a }).unwrap_or_default()
         };
         let transforms: Vec<Affine> = of_mesh.iter().map(|i| instances[*i].transform).collect();
         let mut least = loss(mesh, &transforms);
@@ -206,12 +206,12 @@ pub(super) fn shift_meshes(laid: &mut LaidOut) -> Loss {
             let moved = Mesh { positions, remainders: Vec::new(), ..mesh.clone() };
             let placed: Vec<Affine> = transforms.iter().map(|t| t.then_inner(&Affine::translation(shift))).collect();
             let then = loss(&moved, &placed);
-            if then.share < least.share {
+            if least.is_more_than(&then) {
                 (*mesh, least) = (moved, then);
                 of_mesh.iter().zip(placed).for_each(|(i, t)| instances[*i].transform = t);
             }
         }
-        if least.share > worst.share {
+        if least.is_more_than(&worst) {
             worst = least;
         }
     }

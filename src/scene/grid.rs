@@ -12,7 +12,7 @@ use super::{Mesh, ReadOptions, VertexBits};
 pub(super) fn snap(meshes: &mut [Mesh], options: &ReadOptions) -> Option<Loss> {
     let bits = options.vertex_bits?;
     let losses = meshes.iter_mut().map(|mesh| snap_one(mesh, bits));
-    losses.reduce(|a, b| if b.share > a.share { b } else { a }).or(Some(Loss::default()))
+    losses.reduce(|a, b| if b.is_more_than(&a) { b } else { a }).or(Some(Loss::default()))
 }
 
 fn snap_one(mesh: &mut Mesh, bits: VertexBits) -> Loss {

@@ -14,6 +14,9 @@ pub struct Loss {
     /// The mean over the triangles of how far a corner moves, as a share of the triangle's shortest edge and at most 1. At 1 nothing is
     /// left of the shape.
     pub share: f64,
+    /// The share of the triangles that come to nothing: a corner moves by more than a quarter of the triangle's longest edge. A sliver whose shortest edge is
+    /// lost is none of them.
+    pub gone: f64,
 }
 
 impl Loss {
@@ -21,14 +24,29 @@ impl Loss {
     /// hundred times below it, but for such with many slivers, which come within a tenth of it.
     pub const MOST: f64 = 1.0 / 64.0;
 
+    /// The share of the triangles that may come to nothing. A mean does not tell of them where a few small ones stand among many large ones.
+    pub const MOST_GONE: f64 = 1.0 / 16384.0;
+
     /// Whether the mesh keeps its shape.
     pub fn is_tolerable(&self) -> bool {
-        self.share <= Loss::MOST
+        self.weight() <= 1.0
+    }
+
+    /// Whether more of the shape is lost than by another.
+    pub fn is_more_than(&self, other: &Loss) -> bool {
+        self.weight() > other.weight()
+    }
+
+    /// What is lost as a multiple of what may be. Both are divided by powers of two, so that no order among equals comes from rounding.
+    fn weight(&self) -> f64 {
+        (self.share / Loss::MOST).max(self.gone / Loss::MOST_GONE)
     }
 
     /// Triangles of a mesh that are enough to judge it by: the mean of so many values of at most 1 is off by 0.2 % of 1 where it is
     /// [`Loss::MOST`].
     pub const SAMPLE: usize = 4096;
+    /// Triangles of which those are counted that come to nothing.
+    const LOOKED_AT: usize = 1 << 20;
 
     /// The loss as at most `most` triangles tell it, spread over all of them and the same every time. `exact` and `stored` tell where a
     /// vertex is and where it comes to be.
@@ -54,10 +72,32 @@ impl Loss {
         if edges.is_empty() {
             return Loss::default();
         }
+        let gone = gone(triangles, most.max(Loss::LOOKED_AT), farthest, exact, stored);
         let (share, middle) = (sum / edges.len() as f64, edges.len() / 2);
         let (_, edge, _) = edges.select_nth_unstable_by(middle, f64::total_cmp);
-        Loss { farthest, edge: *edge, share }
+        Loss { farthest, edge: *edge, share, gone }
     }
+}
+
+/// [`Loss::gone`], of at most `most` triangles. Where some look shows that no corner moves by more than `farthest`, or a little more, only small triangles
+/// are asked.
+fn gone(
+    triangles: &[[u32; 3]],
+    most: usize,
+    farthest: f64,
+    exact: impl Fn(u32) -> [f64; 3],
+    stored: impl Fn(u32) -> [f64; 3],
+) -> f64 {
+    let is_gone = |t: [u32; 3]| {
+        let corners = t.map(&exact);
+        let longest = longest_edge(corners);
+        let reach = corners.iter().flatten().fold(0.0, |most: f64, c| most.max(c.abs()));
+        // Floats of that size are 2^-23 of it apart, or less.
+        let small = longest <= 64.0 * farthest.max(reach * f64::from(f32::EPSILON));
+        longest > 0.0 && small && (0..3).any(|k| length(sub(stored(t[k]), corners[k])) > 0.25 * longest)
+    };
+    let count = spread(triangles, most).filter(|t| is_gone(*t)).count();
+    count as f64 / triangles.len().min(most) as f64
 }
 
 /// At most so many of the triangles, from everywhere: multiples of the golden ratio leave no pattern of the mesh out.
@@ -84,6 +124,10 @@ pub(crate) fn shortest_edges(mesh: &Mesh) -> Vec<f64> {
 
 fn shortest_edge([a, b, c]: [[f64; 3]; 3]) -> f64 {
     length(sub(a, b)).min(length(sub(b, c))).min(length(sub(c, a)))
+}
+
+fn longest_edge([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    length(sub(a, b)).max(length(sub(b, c))).max(length(sub(c, a)))
 }
 
 fn length(v: [f64; 3]) -> f64 {

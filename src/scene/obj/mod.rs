@@ -146,7 +146,7 @@ fn origin_for(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ([f64; 3], Roun
     let bounds = Bounds::of(used.map(|v| exact(*v)));
     let [near, far] =
         [precision::local_origin(bounds), [0.0; 3]].map(|o| (o, Loss::of(triangles, usize::MAX, exact, about(o))));
-    let (origin, loss) = if near.1.share < far.1.share { near } else { far };
+    let (origin, loss) = if far.1.is_more_than(&near.1) { near } else { far };
     (origin, Rounding { loss, rounded_before, grid: None })
 }
 

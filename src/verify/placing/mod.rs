@@ -69,7 +69,7 @@ pub fn placed(view: &View<'_>, scene: &Scene, exec: &Executor) -> Placed {
         all.triangles += tally.edges.len() as u64 + tally.astray;
         all.astray += tally.astray;
         let loss = tally.loss();
-        if instance != UNKNOWN && (all.instance.is_none() || loss.share > all.loss.share) {
+        if instance != UNKNOWN && (all.instance.is_none() || loss.is_more_than(&all.loss)) {
             (all.loss, all.instance) = (loss, Some(instance));
         }
     }
@@ -105,7 +105,7 @@ impl Tally {
         }
         let (share, middle) = (self.sum / self.edges.len() as f64, self.edges.len() / 2);
         let (_, edge, _) = self.edges.select_nth_unstable_by(middle, f64::total_cmp);
-        Loss { farthest: self.farthest, edge: *edge, share }
+        Loss { farthest: self.farthest, edge: *edge, share, gone: 0.0 }
     }
 
     fn add(&mut self, judged: &Judged) {

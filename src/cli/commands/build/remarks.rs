@@ -122,13 +122,25 @@ fn counted(n: u64, what: &str, which: &str) -> String {
 }
 
 fn lost(by: &str, loss: &Loss) -> String {
-    let Loss { farthest, edge, share } = *loss;
+    let Loss { farthest, edge, share, gone } = *loss;
+    if share <= Loss::MOST {
+        return format!(
+            "small parts of it lose their shape: {by} move corners by up to {}, which leaves nothing of {} of its triangles",
+            figure(farthest),
+            percent(gone)
+        );
+    }
     format!(
         "it loses its shape: {by} move its corners by up to {}, and the edges of its triangles are {} long ({:.0}% of one on average)",
         figure(farthest),
         figure(edge),
         100.0 * share
     )
+}
+
+/// A share that is not zero.
+fn percent(share: f64) -> String {
+    if share < 0.001 { "less than 0.1%".into() } else { format!("{:.1}%", 100.0 * share) }
 }
 
 /// Three digits.
@@ -158,7 +170,7 @@ mod tests {
     #[test]
     fn what_is_lost_is_told_with_its_size_and_a_way_out() {
         let (report, read, rounding) = (ReadReport::default(), ReadOptions::default(), Rounding::default());
-        let loss = Loss { farthest: 0.2, edge: 0.1, share: 0.9 };
+        let loss = Loss { farthest: 0.2, edge: 0.1, share: 0.9, gone: 0.0 };
         let placing = Placing { loss, ..Placing::default() };
         let remarks = Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing };
         let said = remarks.warnings(Levels::One);

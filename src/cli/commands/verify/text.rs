@@ -149,12 +149,13 @@ pub fn placing(placed: &Placed) -> String {
         )
     };
     let held = format!("{triangles} held against the model in f64");
-    let mut text = match loss.farthest {
-        0.0 => format!("{held}: no corner is moved by rounding to f32\n"),
+    let mut text = match (loss.farthest, read.farthest) {
+        (0.0, 0.0) => format!("{held}: no corner is moved by rounding to f32\n"),
+        (0.0, _) => format!("{held}: they are as they were read\n"),
         _ => rounded(&format!("{held}: rounding moves corners"), loss),
     };
-    if !read.is_tolerable() {
-        text.push_str(&rounded("reading moved the corners", read));
+    if read.farthest > 0.0 {
+        text.push_str(&rounded("reading its numbers as f32 moved the corners", read));
     }
     if *astray > 0 {
         let some = figures::counted(*astray, "triangle is", "triangles are");

@@ -90,14 +90,14 @@ impl Told {
         self.read_time += scene.took;
         self.report.raise(&scene.report);
         let grid = [self.rounding.grid, scene.rounding.grid].into_iter().flatten();
-        let grid = grid.reduce(|a, b| if b.share > a.share { b } else { a });
-        if scene.rounding.loss.share >= self.rounding.loss.share {
+        let grid = grid.reduce(|a, b| if b.is_more_than(&a) { b } else { a });
+        if !self.rounding.loss.is_more_than(&scene.rounding.loss) {
             self.rounding = scene.rounding;
         }
         self.rounding.grid = grid;
         self.inputs(&scene.inputs);
         self.placing.collapsed = self.placing.collapsed.max(frame.placing.collapsed);
-        if frame.placing.loss.share >= self.placing.loss.share {
+        if !self.placing.loss.is_more_than(&frame.placing.loss) {
             self.placing.loss = frame.placing.loss;
         }
         for note in &frame.placing.notes {
