@@ -3,7 +3,8 @@
 //!
 //! Each tree of the file is collapsed to nodes of 4 and of 8 lanes, once by pulling up the largest child, as other libraries do, and once at least
 //! SAH cost. Rays are those of the report: through the pixels of a camera, one diffuse bounce off what it sees, and occlusion from there, N of each.
-//! `compact` is the last in nodes of 80 bytes; its bytes are those of nodes and of the order of references. A node that a ray enters tests all its boxes at once, and triangles are tested four at a time. Counts are the same on every machine.
+//! `compact` is the last of these in nodes of 80 bytes; its bytes are those of nodes and of the order of references. A node that a ray enters tests all
+//! its boxes at once, and triangles are tested four at a time. Counts are the same on every machine.
 //!
 //! Before anything is counted, all forms must find the same hits for all rays, to the last bit. With --rounds, forms take turns tracing every set on one
 //! thread, and the last columns say how many times as many rays a second each traces as the binary tree: the quotient of the medians.
@@ -130,9 +131,10 @@ fn print(forms: &[Form<'_>], probe: &ProbeRays, triangles: f64, rounds: usize) -
             let mut counters = Counters::default();
             let rays = probe.rays(set);
             for ray in rays {
-                match set {
-                    2 => drop((form.any)(ray, &mut counters)?),
-                    _ => drop((form.closest)(ray, &mut counters)?),
+                if set == 2 {
+                    (form.any)(ray, &mut counters)?;
+                } else {
+                    (form.closest)(ray, &mut counters)?;
                 }
             }
             let each = |n: u64| n as f64 / rays.len().max(1) as f64;

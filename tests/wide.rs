@@ -9,7 +9,7 @@ use bvhc::geom::{Affine, Point, Ray};
 use bvhc::random::Random;
 use bvhc::scene::{Mesh, ReadOptions, Scene, read};
 use bvhc::simd::{Level, Runs, Widest, at_most};
-use bvhc::trace::brute::{Oracle, Order};
+use bvhc::trace::brute::Oracle;
 use bvhc::trace::compare::judge;
 use bvhc::trace::rays::Sampler;
 use bvhc::trace::rays::grid::GridScene;
@@ -192,7 +192,9 @@ fn samples_cost_less_collapsed_by_plan_than_by_pulling_up() {
         let rays = Sampler::new(&scene).mixed(2_000, 9);
         let count = |trees: WideTrees<8>| {
             let mut counters = Counters::default();
-            rays.iter().for_each(|ray| drop(trees.view(&view).try_closest_hit(ray, &mut counters).unwrap()));
+            for ray in &rays {
+                trees.view(&view).try_closest_hit(ray, &mut counters).unwrap();
+            }
             counters.inner_nodes
         };
         let (planned, greedy) =

@@ -4,11 +4,12 @@ use crate::geom::Aabb;
 
 /// A node of up to eight children, with their boxes on a grid of the node's own: eight bits a plane.
 ///
-/// On each axis a plane of number `q` stands at `origin + q·scale`, computed in `f32`: the product is exact, since a scale is a power of two, and the sum is rounded
-/// once to the nearest. Near planes are rounded down to the grid and far planes up, by what this gives, so a decoded box holds the box that it was made of.
+/// On each axis a plane of number `q` stands at `origin + q·scale`, computed in `f32`: the product is exact, since a scale is a power of two, and
+/// the sum is rounded once to the nearest. Near planes are rounded down to the grid and far planes up, by what this gives, so a decoded box holds
+/// the box that it was made of.
 ///
-/// Children that are nodes are consecutive records from `first_node` on, in the order of their lanes. The references of leaves are consecutive from `first_ref` on,
-/// likewise: so neither needs a number of its own.
+/// Children that are nodes are consecutive records from `first_node` on, in the order of their lanes. The references of leaves are consecutive
+/// from `first_ref` on, likewise: so neither needs a number of its own.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct CompactNode {

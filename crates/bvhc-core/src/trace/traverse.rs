@@ -176,10 +176,11 @@ where
             for (i, triangle) in triangles.into_iter().enumerate() {
                 let triangle = triangle.borrow();
                 observer.triangle();
-                if let Some(c) = test.crossing::<AXIS>(triangle) {
-                    if self.place.offer(c, triangle, start + i, t_min, best, observer) && ANY {
-                        return Ok(true);
-                    }
+                if let Some(c) = test.crossing::<AXIS>(triangle)
+                    && self.place.offer(c, triangle, start + i, t_min, best, observer)
+                    && ANY
+                {
+                    return Ok(true);
                 }
             }
             Ok(false)

@@ -1,6 +1,6 @@
 use super::row::WideRow;
+use super::scene::WideView;
 use super::trees::WideTrees;
-use super::view::WideView;
 use crate::layout::{CompactNode, View, WideNode};
 
 /// The wide trees of a scene in a third of the bytes: boxes on grids of eight bits, rounded outward, so that rays find the same hits in them.
@@ -10,8 +10,8 @@ pub struct CompactTrees {
     pub nodes: Vec<CompactNode>,
     /// One row for each tree.
     pub rows: Vec<WideRow>,
-    /// For each reference of the nodes the triangle of the tree that it is: those of each tree where its triangles are. A permutation, since the leaves of a node
-    /// are named by one number.
+    /// The triangle of the tree that each reference of its nodes is; those of a tree stand where its triangles do. A permutation, since the leaves
+    /// of a node are named by one number.
     pub order: Vec<u32>,
 }
 

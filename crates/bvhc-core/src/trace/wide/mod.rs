@@ -13,6 +13,7 @@
 //! would accept, and among hits of equal distance the order of (instance, geometry, primitive) decides, and no order of visits. Where
 //! one triangle stands in several leaves, the record that is named may be another one of those.
 
+mod ask;
 mod boxes;
 mod collapse;
 mod compact;
@@ -20,15 +21,15 @@ mod emit;
 mod plan;
 mod record;
 mod row;
+mod scene;
 #[cfg(test)]
 mod tests;
 mod trees;
-mod view;
 mod walk;
 
 pub use collapse::Collapse;
 pub use compact::CompactTrees;
 pub use record::WideRecord;
 pub use row::WideRow;
+pub use scene::WideView;
 pub use trees::WideTrees;
-pub use view::WideView;

@@ -4,7 +4,7 @@ use super::emit::Greedy;
 use super::emit::{Shape, emit};
 use super::plan::Plan;
 use super::row::WideRow;
-use super::view::WideView;
+use super::scene::WideView;
 use crate::layout::{BlasView, View, WideNode};
 use crate::trace::hit::Malformed;
 

@@ -2,7 +2,7 @@
 
 use super::boxes::WideSlabs;
 use super::record::WideRecord;
-use super::view::WideView;
+use super::scene::{WideTree, WideView};
 use crate::geom::Ray;
 use crate::layout::TriangleRecord;
 use crate::simd::{Floats, Work};
@@ -20,16 +20,6 @@ pub struct WideQuery<'a, const ANY: bool, const N: usize, T, O> {
     pub scene: &'a WideView<'a, N, T>,
     pub ray: &'a Ray,
     pub observer: &'a mut O,
-}
-
-/// One wide tree.
-pub struct WideTree<'a, T> {
-    pub nodes: &'a [T],
-    /// [`WideRow::waiting`](super::WideRow::waiting).
-    pub waiting: u32,
-    pub triangles: &'a [TriangleRecord],
-    /// The triangle of each reference, if the nodes have an order of their own.
-    pub order: &'a [u32],
 }
 
 impl<const ANY: bool, const N: usize, T: WideRecord<N>, O: Observer> Work<N> for WideQuery<'_, ANY, N, T, O> {

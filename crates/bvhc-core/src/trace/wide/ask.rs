@@ -1,26 +1,14 @@
+//! What rays may ask of a scene with wide trees.
+
 use super::record::WideRecord;
-use super::row::WideRow;
-use super::walk::{WideQuery, WideTree};
+use super::scene::WideView;
+use super::walk::WideQuery;
 use crate::exec::Executor;
 use crate::geom::Ray;
-use crate::layout::{TriangleRecord, View, WideNode};
 use crate::simd::{Runs, Widest};
 use crate::trace::batch::answer_all;
 use crate::trace::hit::{BatchError, Hit, Malformed};
 use crate::trace::observe::{NoObserver, Observer};
-
-/// A scene with wide trees, as borrowed slices: what rays are traced through.
-#[derive(Clone, Copy, Debug)]
-pub struct WideView<'a, const N: usize, T = WideNode<N>> {
-    /// The scene: triangles, rows of trees, and the tree over the instances, which stays binary.
-    pub view: View<'a>,
-    /// The wide nodes of all trees.
-    pub nodes: &'a [T],
-    /// One row for each tree.
-    pub rows: &'a [WideRow],
-    /// Of [`CompactTrees`](super::CompactTrees) the triangle behind each reference; empty for others, whose references are those of the view.
-    pub order: &'a [u32],
-}
 
 impl<const N: usize, T: WideRecord<N>> WideView<'_, N, T>
 where
@@ -65,25 +53,5 @@ where
     /// As there.
     pub fn try_any_hit(&self, ray: &Ray, observer: &mut impl Observer) -> Result<bool, Malformed> {
         Ok(Widest::run(WideQuery::<true, N, T, _> { scene: self, ray, observer })?.is_some())
-    }
-}
-
-impl<'a, const N: usize, T: WideRecord<N>> WideView<'a, N, T> {
-    /// One tree, over the triangles of the view from `first_triangle` on; `None` where its row leads out of the records.
-    #[inline(always)]
-    pub(super) fn tree(
-        &self,
-        blas: usize,
-        first_triangle: usize,
-        triangles: &'a [TriangleRecord],
-    ) -> Option<WideTree<'a, T>> {
-        let row = self.rows.get(blas)?;
-        let start = usize::try_from(row.node_offset).ok()?;
-        let nodes = self.nodes.get(start..start.checked_add(row.node_count as usize)?)?;
-        let order = match T::ORDERED {
-            true => self.order.get(first_triangle..first_triangle.checked_add(triangles.len())?)?,
-            false => &[],
-        };
-        Some(WideTree { nodes, waiting: row.waiting, triangles, order })
     }
 }

@@ -1,0 +1,46 @@
+use super::record::WideRecord;
+use super::row::WideRow;
+use crate::layout::{TriangleRecord, View, WideNode};
+
+/// A scene with wide trees, as borrowed slices: what rays are traced through.
+#[derive(Clone, Copy, Debug)]
+pub struct WideView<'a, const N: usize, T = WideNode<N>> {
+    /// The scene: triangles, rows of trees, and the tree over the instances, which stays binary.
+    pub view: View<'a>,
+    /// The wide nodes of all trees.
+    pub nodes: &'a [T],
+    /// One row for each tree.
+    pub rows: &'a [WideRow],
+    /// Of [`CompactTrees`](super::CompactTrees) the triangle behind each reference; empty for others, whose references are those of the view.
+    pub order: &'a [u32],
+}
+
+/// One wide tree.
+pub struct WideTree<'a, T> {
+    pub nodes: &'a [T],
+    /// [`WideRow::waiting`](super::WideRow::waiting).
+    pub waiting: u32,
+    pub triangles: &'a [TriangleRecord],
+    /// The triangle of each reference, if the nodes have an order of their own.
+    pub order: &'a [u32],
+}
+
+impl<'a, const N: usize, T: WideRecord<N>> WideView<'a, N, T> {
+    /// One tree, over the triangles of the view from `first_triangle` on; `None` where its row leads out of the records.
+    #[inline(always)]
+    pub(super) fn tree(
+        &self,
+        blas: usize,
+        first_triangle: usize,
+        triangles: &'a [TriangleRecord],
+    ) -> Option<WideTree<'a, T>> {
+        let row = self.rows.get(blas)?;
+        let start = usize::try_from(row.node_offset).ok()?;
+        let nodes = self.nodes.get(start..start.checked_add(row.node_count as usize)?)?;
+        let order = match T::ORDERED {
+            true => self.order.get(first_triangle..first_triangle.checked_add(triangles.len())?)?,
+            false => &[],
+        };
+        Some(WideTree { nodes, waiting: row.waiting, triangles, order })
+    }
+}
