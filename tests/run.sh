@@ -111,6 +111,14 @@ if [ $quick = 0 ]; then
     else
         skip "the format tests: python3-venv or npm is missing"
     fi
+    status=0
+    page() { BVHC_TOOL=target/release/bvhc tests/page/run.sh; }
+    part "the page in a browser" page || status=$?
+    if [ $status = 77 ]; then
+        skip "the page in a browser: no Chromium or no Node could be had, see above"
+    elif [ $status != 0 ]; then
+        exit $status
+    fi
     if python3 -c 'import venv, ensurepip' >/dev/null 2>&1; then
         status=0
         log=$(mktemp)

@@ -1,5 +1,5 @@
 //! What is said about a cache file: [`FileInfo`](info::FileInfo) from its header alone, and for the command line what its trees come to
-//! (`file`, `stats`, `overlap`, `outline`), charts and pictures.
+//! (`file`, `stats`, `overlap`, `outline`), charts, pictures and pages.
 //!
 //! Everything here is data with one serialisation for machines; the text that people read is laid out by `cli`.
 
@@ -16,6 +16,8 @@ pub mod outline;
 // Public for the fuzz targets, which build without the command line.
 #[doc(hidden)]
 pub mod overlap;
+#[cfg(feature = "cli")]
+pub mod page;
 #[cfg(feature = "cli")]
 pub mod picture;
 #[doc(hidden)]

@@ -178,3 +178,47 @@ fn what_cannot_be_shown_is_refused_and_nothing_is_overwritten() {
     assert_eq!(place.run("view missing.bvhc -o x.png").code, 3);
     assert!(place.read("hall.obj") == before && !place.names().contains(&"x.png".to_string()));
 }
+
+#[test]
+fn a_page_carries_the_trees_of_its_files() {
+    let place = furnished();
+    let page = |name: &str| String::from_utf8(place.read(name)).unwrap();
+    let head = |name: &str| -> serde_json::Value {
+        let page = page(name);
+        let from = page.split_once("id=\"head\">").unwrap().1;
+        serde_json::from_str(from.split_once("</script>").unwrap().0).unwrap()
+    };
+    let said = place.ok("view binned.bvhc --html one.html --json").json();
+    assert!(said["output"] == "one.html" && said["picture"].is_null());
+    let scenes = head("one.html")["scenes"].clone();
+    assert_eq!((scenes[0]["name"].as_str(), scenes[0]["counts"]["trees"].as_u64()), (Some("binned.bvhc"), Some(1)));
+    let text = page("one.html");
+    assert!(!text.contains("http:") && !text.contains("https:") && !text.contains("src="), "a page asks no network");
+    // The same bytes for any number of threads, and a node alone is less.
+    place.ok("view binned.bvhc --html again.html --jobs 1");
+    assert_eq!(page("again.html"), text);
+    place.ok("view binned.bvhc --html part.html --root 2");
+    let triangles = |name: &str| head(name)["scenes"][0]["counts"]["triangles"].as_u64().unwrap();
+    assert!(triangles("part.html") < triangles("one.html"));
+
+    place.ok("view --compare longest.bvhc binned.bvhc --html two.html");
+    assert_eq!(
+        (head("two.html")["together"].as_str(), head("two.html")["scenes"].as_array().unwrap().len()),
+        (Some("compare"), 2)
+    );
+
+    // A model is never written over.
+    let refused = place.run("view binned.bvhc --html hall.obj");
+    assert!(refused.code == 2 && refused.err.contains("cannot replace"), "{}", refused.err);
+}
+
+#[test]
+fn a_page_of_a_sequence_has_its_frames() {
+    let place = heli();
+    place.ok("build in/heli.%04d.obj --missing skip -o heli.bvhc --preset draft");
+    let frames = |command: &str| {
+        place.ok(&format!("view heli.bvhc --html heli.html {command}"));
+        String::from_utf8(place.read("heli.html")).unwrap().matches("id=\"data-").count()
+    };
+    assert_eq!((frames(""), frames("--frame 2")), (3, 1));
+}

@@ -4,6 +4,7 @@ mod document;
 mod letters;
 mod options;
 mod outline;
+mod page;
 
 use self::document::{BoxesReport, Document, PictureReport, PicturedFile, TreeReport};
 use self::letters::Colours;
@@ -39,10 +40,13 @@ pub fn run(args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
     if args.tree {
         return with_view(&args.files[0], args, context, &mut |view| tree(view, args, context));
     }
+    if let Some(output) = &args.html {
+        return page::run(output, args, context);
+    }
     if args.output.is_none() && !args.terminal && !context.terminal.json {
         return Err(Failure::new(Exit::Usage, "cannot show a picture nowhere")
             .fact("a picture goes to a file or to the terminal")
-            .help("name a file with -o PICTURE.png, or take --terminal or --tree"));
+            .help("name a file with -o PICTURE.png, or take --html PAGE.html, --terminal or --tree"));
     }
     args.output.as_deref().map_or(Ok(()), drawing::may_replace_picture)?;
     match &args.files[..] {

@@ -16,6 +16,7 @@ use std::path::PathBuf;
     bvhc view rock.bvhc -o heat.png --shade visits       inner nodes that each pixel's ray visits\n  \
     bvhc view rock.bvhc -o boxes.png --boxes 4           the boxes of level 4 over it\n  \
     bvhc view --compare a.bvhc b.bvhc -o both.png        two trees of one model, and where they differ\n  \
+    bvhc view rock.bvhc --html rock.html                 a page to fly through the scene and its tree\n  \
     bvhc view rock.bvhc --terminal                       in the terminal\n  \
     bvhc view rock.bvhc --tree --depth 3                 the upper levels of the tree")]
 pub struct ViewArgs {
@@ -25,6 +26,10 @@ pub struct ViewArgs {
     /// Write the picture as PNG
     #[arg(short, long, value_name = "PNG", conflicts_with = "tree")]
     pub output: Option<PathBuf>,
+    /// Write a page that carries the trees with it and traces them in the browser: fly, see costs, follow a ray, compare two trees. Of a sequence all frames, or
+    /// the one that --frame names
+    #[arg(long, value_name = "HTML", conflicts_with_all = ["output", "tree", "terminal", "shade", "size", "samples", "scale", "boxes"])]
+    pub html: Option<PathBuf>,
     /// Show the picture in the terminal: in full colour, 256 colours or plain letters, as it can
     #[arg(long, conflicts_with_all = ["tree", "json"])]
     pub terminal: bool,

@@ -1,0 +1,129 @@
+//! `--html`: a page that carries the trees with it.
+
+use super::document::Document;
+use super::options::{Stand, ViewArgs};
+use crate::cache::View;
+use crate::cli::Context;
+use crate::cli::caches;
+use crate::cli::drawing;
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::interrupt;
+use crate::cli::names;
+use crate::report::page::{Below, MOST_BYTES, PackError, PageCamera, PageScene, Together, bytes_of, pack, page};
+use crate::size::bytes;
+use std::path::Path;
+
+/// A film of about the shape that a page shows, to choose a camera by.
+const FILM: [usize; 2] = [1280, 800];
+
+pub fn run(output: &Path, args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
+    drawing::may_replace(output)?;
+    let (mut scenes, mut camera) = (Vec::new(), None);
+    for path in &args.files {
+        read(path, args, context, &mut scenes, &mut camera)?;
+    }
+    let together = if args.compare { Together::Compare } else { Together::Frames };
+    let text = page(&scenes, together, camera);
+    {
+        let _publishing = interrupt::publish()?;
+        std::fs::write(output, &text).map_err(|e| {
+            Failure::new(Exit::Io, format!("cannot write the page {}", names::path(output))).fact(e.to_string())
+        })?;
+    }
+    if context.terminal.json {
+        let output = Some(output.to_string_lossy().into_owned());
+        let document = Document { schema: "bvhc.view.v1", exit_code: 0, output, picture: None, tree: None };
+        context.terminal.document(&document)?;
+    } else if !context.terminal.quiet {
+        let frames =
+            if scenes.len() > 1 && !args.compare { format!(", {} frames", scenes.len()) } else { String::new() };
+        context.terminal.print(&format!("{}  {}{frames}\n", names::path(output), bytes(text.len() as u64)))?;
+    }
+    Ok(Exit::Success)
+}
+
+/// Add the scene of a still file, or the frames of a sequence: the one that was asked for, or all.
+fn read(
+    path: &Path,
+    args: &ViewArgs,
+    context: &Context,
+    scenes: &mut Vec<PageScene>,
+    camera: &mut Option<PageCamera>,
+) -> Result<(), Failure> {
+    let mut add = |view: &View<'_>, frame: Option<i32>, parts: Vec<String>| -> Result<(), Failure> {
+        let below = match args.root {
+            Some(root) => Some(Below::of(view, root).ok_or_else(|| super::no_node(root, view))?),
+            None => None,
+        };
+        let view = below.as_ref().map_or(*view, |below| below.view(view));
+        let packed = pack(&view).map_err(|e| refused(&e, path, args))?;
+        camera.get_or_insert_with(|| stand(&view, args, context));
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        let facts = args.root.map(|root| ("Below".to_string(), format!("node {root} of the file")));
+        scenes.push(PageScene {
+            name,
+            frame,
+            facts: facts.into_iter().collect(),
+            parts,
+            counts: packed.counts,
+            data: packed.data,
+        });
+        Ok(())
+    };
+    if !caches::is_sequence(path, context) {
+        let cache = caches::open_checked(path, context)?;
+        let parts = (0..cache.view().geoms.len()).map(|row| cache.name(row as u32).to_string()).collect();
+        return add(&cache.view(), args.frame, parts);
+    }
+    let sequence = caches::open_sequence(path, context)?;
+    let all: Vec<i32> = sequence.frames().iter().map(|frame| frame.number).collect();
+    let chosen = args.frame.map_or(all, |number| vec![number]);
+    let mut taken = 0;
+    for number in &chosen {
+        let frame = caches::frame(&sequence, path, *number, context)?;
+        taken += bytes_of(&frame.view());
+        if taken > MOST_BYTES && chosen.len() > 1 {
+            return Err(Failure::new(Exit::Usage, format!("cannot make a page of {}", names::path(path)))
+                .fact(format!(
+                    "its {} frames have more than {} of records, the most of a page",
+                    chosen.len(),
+                    bytes(MOST_BYTES)
+                ))
+                .help("show one of them: --frame N"));
+        }
+        let parts = frame
+            .parts()
+            .iter()
+            .map(|row| sequence.names().get(*row as usize).unwrap_or_default().to_string())
+            .collect();
+        add(&frame.view(), Some(*number), parts)?;
+    }
+    Ok(())
+}
+
+fn refused(error: &PackError, path: &Path, args: &ViewArgs) -> Failure {
+    let failure = Failure::new(Exit::Usage, format!("cannot make a page of {}", names::path(path)));
+    match error {
+        PackError::TooLarge { bytes: taken, most } => failure
+            .fact(format!(
+                "its nodes, triangles and instances take {}, and a page stays smooth up to {}",
+                bytes(*taken),
+                bytes(*most)
+            ))
+            .help(match args.root {
+                None => "show a part of it: --root NODE, with a number from bvhc view FILE --tree",
+                Some(_) => "choose a node farther down, with a number from bvhc view FILE --tree",
+            }),
+        PackError::Malformed(_) => failure.fact(error.to_string()).help("bvhc check FILE"),
+    }
+}
+
+fn stand(view: &View<'_>, args: &ViewArgs, context: &Context) -> PageCamera {
+    let up = args.up.axis();
+    let camera = match args.camera {
+        Stand::Named(standpoint) => standpoint.camera(view, up, FILM, &context.exec),
+        Stand::Typed(camera) => camera,
+    };
+    PageCamera { eye: camera.eye, target: camera.look_at, fov: 2.0 * camera.tan_half.atan().to_degrees(), up }
+}
