@@ -97,6 +97,7 @@ def documents(tool, scratch):
     yield from run("view", files[1], *picture, "--shade", "instance")
     yield from run("view", "clip.bvhc", "--frame", "0", *picture)
     yield from run("view", "--compare", files[1], files[2], *picture)
+    yield from run("view", files[0], "--html", "page.html")
     yield from run("view", files[0], "--tree", "--depth", "2")
     yield from run("view", files[1], "--tree")
     yield from run("check", *files, *sorted((VECTORS / "invalid").glob("*.bvhc")))

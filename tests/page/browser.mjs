@@ -79,7 +79,7 @@ class Page {
     return result.value;
   }
 
-  async until(expression, what, seconds = 60) {
+  async until(expression, what, seconds = 120) {
     const end = Date.now() + 1000 * seconds;
     while (Date.now() < end) {
       if (await this.run(expression).catch(() => false)) return;

@@ -40,7 +40,8 @@ function make() {
   bvhc("-q", "build", join(samples, "colonnade.obj"), "-o", at("split.bvhc"), "--method", "sbvh");
   bvhc("-q", "build", join(samples, "colonnade.obj"), "-o", at("whole.bvhc"), "--preset", "draft");
   bvhc("-q", "build", join(samples, "forest.gltf"), "-o", at("forest.bvhc"));
-  for (const name of ["sheet", "split", "forest"]) bvhc("view", at(`${name}.bvhc`), "--html", at(`${name}.html`));
+  bvhc("-q", "build", join(samples, "helicopter/heli.####.obj"), "--frames", "1-4", "-o", at("heli.bvhc"), "--preset", "draft");
+  for (const name of ["sheet", "split", "forest", "heli"]) bvhc("view", at(`${name}.bvhc`), "--html", at(`${name}.html`));
   bvhc("view", "--compare", at("split.bvhc"), at("whole.bvhc"), "--html", at("pair.html"));
 }
 
@@ -290,6 +291,21 @@ const tests = {
     assert.ok(ends[0] < 0 && ends[2] === 0 && ends[4] === -ends[0], `the scale ${ends}`);
     await isLaidOut(page);
     await page.picture(at("difference.png"));
+    return page;
+  },
+
+  async "frames of a sequence"(browser) {
+    const page = await browser.page(address("heli.html"), 1280, 900);
+    await page.settled();
+    const first = await seen(page), title = await page.run(`document.getElementById("subtitle").textContent`);
+    assert.match(title, /frame 1$/);
+    await pixelsAgree(page);
+    await page.settled(() => page.set("frame", 3));
+    assert.match(await page.run(`document.getElementById("subtitle").textContent`), /frame 4$/);
+    assert.ok(apart(first, await seen(page)) > 0.01, "another frame is another picture");
+    await pixelsAgree(page);
+    await isLaidOut(page);
+    await page.picture(at("heli.png"));
     return page;
   },
 

@@ -83,11 +83,12 @@ const MODULES: [(&str, &str); MODULE_COUNT] = [
     ("treemap", include_str!("web/treemap.js")),
     ("ray_panel", include_str!("web/ray_panel.js")),
     ("node_panel", include_str!("web/node_panel.js")),
+    ("file_panel", include_str!("web/file_panel.js")),
     ("view", include_str!("web/view.js")),
     ("proof", include_str!("web/proof.js")),
     ("main", include_str!("web/main.js")),
 ];
-const MODULE_COUNT: usize = 18;
+const MODULE_COUNT: usize = 19;
 
 /// The page as an HTML document.
 pub fn page(scenes: &[PageScene], together: Together, camera: Option<PageCamera>) -> String {

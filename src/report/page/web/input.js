@@ -54,16 +54,17 @@ export function steer(element, camera, told) {
 
   const held = new Set();
   let last = 0;
+  const go = (code, time) => {
+    const pace = camera.size * 0.25 * time * (held.has("fast") ? 4 : 1);
+    if (MOVES[code]) camera.move(...MOVES[code].map((x) => x * pace));
+    if (TURNS[code]) camera.turn(...TURNS[code].map((x) => x * time * 1.2));
+    told.moved();
+  };
   const fly = (now) => {
     if (!held.size) return;
-    const time = Math.min((now - last) / 1000, 0.1) || 0.016;
+    const time = Math.min((now - last) / 1000, 0.1);
     last = now;
-    const pace = camera.size * 0.25 * time * (held.has("fast") ? 4 : 1);
-    for (const code of held) {
-      if (MOVES[code]) camera.move(...MOVES[code].map((x) => x * pace));
-      if (TURNS[code]) camera.turn(...TURNS[code].map((x) => x * time * 1.2));
-    }
-    told.moved();
+    for (const code of held) go(code, time);
     requestAnimationFrame(fly);
   };
   element.addEventListener("keydown", (e) => {
@@ -76,6 +77,8 @@ export function steer(element, camera, told) {
         requestAnimationFrame(fly);
       }
       held.add(e.code);
+      // Keys that are let go before the next frame move as well.
+      if (!e.repeat) go(e.code, 0.03);
     } else if (told.key(e.code)) e.preventDefault();
   });
   element.addEventListener("keyup", (e) => {

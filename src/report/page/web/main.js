@@ -15,11 +15,15 @@ import { element, followed, readRay, showRay, writeRay } from "./ray_panel.js";
 import { showNode } from "./node_panel.js";
 import { View } from "./view.js";
 import { compared, rayText } from "./proof.js";
-import { counted, figure } from "./vector.js";
+import { fileRows, lineOf, sharesOf, testedOf } from "./file_panel.js";
+import { counted, figure, percent } from "./vector.js";
 
 const MOST_BOXES = 3000;
+const MOST_SWATCHES = 5;
 /** What stands under pictures whose colours stand for no numbers. */
 const PLAIN = { lit: "The surface in the light of a lamp beside the camera", normal: "Which way the surface faces: red is x, green is y, blue is z" };
+/** What the mean of a pair is a mean of. */
+const MEANS = { depth: "depth of hit leaves", nodes: "number of nodes entered", tests: "number of triangles tested", cost: "cost of a ray" };
 const SHARES = { part: "Parts, by their share of the picture", instance: "Instances, by their share of the picture" };
 const $ = (id) => document.getElementById(id);
 
@@ -79,23 +83,8 @@ async function start() {
   const map = new Treemap($("map"), told);
   const mapRest = () => (active().selected ? map.words(active().selected) : "The scene has no triangles.");
 
-  function trianglesOf(one) {
-    const { scene } = one;
-    if (!scene.twoLevel) return scene.triangles;
-    return scene.instanceTree.reduce((sum, tree) => sum + scene.refCount[tree], 0);
-  }
-  const sum = (numbers) => numbers.reduce((a, b) => a + b, 0);
-  /** Records of nodes but the second of each tree, which is unused. */
-  const nodesOf = ({ scene }) => sum(scene.nodeCount.map((n) => Math.max(n - 1, 0))) + Math.max(scene.counts.top_nodes - 1, 0);
-  /** What a file holds, in words. */
-  const words = (one) => {
-    const { scene } = one, own = sum(scene.primCount);
-    const shown = sum(scene.instanceTree.map((tree) => scene.primCount[tree]));
-    return `${counted(own, "triangle")}, ${counted(nodesOf(one), "node")}`
-      + (scene.twoLevel ? `; ${counted(scene.instances, "instance")} of ${counted(scene.trees, "tree")} show ${counted(shown, "triangle")}` : "");
-  };
   function bruteCount() {
-    const all = Math.max(...shown.map(trianglesOf), 1);
+    const all = Math.max(...shown.map(testedOf), 1);
     return Math.max(1, Math.round(all ** ($("brute-most").value / 100)));
   }
 
@@ -120,32 +109,25 @@ async function start() {
       + `${figure(Math.max(Math.round(ms[i]), 1))} ms`);
     $("status").textContent = `${said.join(" · ")} a picture. ${figure(size[0])} × ${figure(size[1])} rays`
       + (size[0] < canvas.width ? " (fewer than pixels, to hold the time)" : "") + ` on the ${renderer.name}`
-      + ($("brute").checked ? `, each tests ${counted(Math.min(bruteCount(), Math.max(...shown.map(trianglesOf))), "triangle")}` : "");
+      + ($("brute").checked ? `, each tests ${counted(Math.min(bruteCount(), Math.max(...shown.map(testedOf))), "triangle")}` : "");
     if (isPair) pairWords();
     if (isLast) document.documentElement.dataset.ready = String((state.ready += 1));
   }
   function pairWords() {
     const [a, b] = view.figures.map((f) => f.mean), change = a > 0 ? (100 * (b - a)) / a : 0;
-    const unit = UNITS[$("shade").value in UNITS ? $("shade").value : "cost"];
-    $("pair-words").textContent = `From this camera the mean of ${unit} is ${figure(Number(a.toPrecision(4)))} in A and ${figure(Number(b.toPrecision(4)))} in B: `
+    const shade = $("shade").value, unit = MEANS[shade] ?? MEANS.cost;
+    $("pair-words").textContent = `From this camera the mean ${unit} is ${figure(Number(a.toPrecision(4)))} in A and ${figure(Number(b.toPrecision(4)))} in B: `
       + (Math.abs(change) < 0.05 ? "no difference." : `${Math.abs(change).toFixed(1)} % ${change > 0 ? "more" : "less"}.`);
   }
   function swatches(shade) {
-    const { hit } = view.whole.reads[state.active], { scene, head: names } = active(), seen = new Map();
-    for (let at = 0; at < hit.length; at += 4) {
-      if (!hit[at]) continue;
-      const key = shade === "part" ? scene.geom[hit[at] - 1] : hit[at + 1] ? scene.instanceId[hit[at + 1] - 1] : 0;
-      seen.set(key, (seen.get(key) ?? 0) + 1);
-    }
-    const rows = [...seen].sort((a, b) => b[1] - a[1] || a[0] - b[0]);
-    const items = rows.slice(0, 8).map(([key, pixels]) => {
+    const rows = sharesOf(shade, view.whole.reads[state.active], active());
+    const items = rows.slice(0, MOST_SWATCHES).map(([key, name, share]) => {
       const item = element("li"), colour = element("i");
       colour.style.background = css(hue(key));
-      const name = shade === "part" ? names.parts[key] || `part ${key}` : `instance ${key}`;
-      item.append(colour, `${name} ${figure(Number(((400 * pixels) / hit.length).toPrecision(2)))} %`);
+      item.append(colour, `${name} ${percent(share)}`);
       return item;
     });
-    if (rows.length > 8) items.push(element("li", `and ${figure(rows.length - 8)} more`));
+    if (rows.length > items.length) items.push(element("li", `and ${figure(rows.length - items.length)} more`));
     $("swatches").replaceChildren(...items);
   }
 
@@ -320,14 +302,12 @@ async function start() {
   };
 
   function fileFacts() {
-    const { head: own, scene } = active();
-    const rows = [["Name", own.name], ["Triangles", figure(sum(scene.primCount))], ["References", `${figure(scene.triangles)} in leaves`],
-      ["Nodes", figure(nodesOf(active()))], ["Trees", figure(scene.trees)], ["Instances", figure(scene.instances)], ["Parts", figure(scene.parts)], ...own.facts, ["Page by", `bvhc ${head.version}`]];
+    const rows = fileRows(active(), head.version);
     $("file").replaceChildren(...rows.flatMap(([name, text]) => [element("dt", name), element("dd", text)]));
   }
   function titles() {
     $("title").textContent = isPair ? `${shown[0].head.name} (A) and ${shown[1].head.name} (B)` : shown[0].head.name;
-    $("subtitle").textContent = isPair ? `A: ${words(shown[0])} · B: ${words(shown[1])}` : words(shown[0]) + (shown[0].head.frame === null ? "" : `, frame ${shown[0].head.frame}`);
+    $("subtitle").textContent = isPair ? `A: ${lineOf(shown[0])} · B: ${lineOf(shown[1])}` : lineOf(shown[0]) + (shown[0].head.frame === null ? "" : `, frame ${shown[0].head.frame}`);
     $("frame-number").textContent = shown[0].head.frame ?? "";
     fileFacts();
   }

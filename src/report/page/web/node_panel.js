@@ -15,7 +15,7 @@ export function nodeLines(scene, facts, place, weight) {
   return [
     ["Kind", !count ? "inner node" : node < scene.nodes ? `leaf of ${counted(count, "triangle")}` : `leaf of ${counted(count, "instance")}`],
     ["Depth", `${facts.depth[node]}${inside ? " in its tree" : ""}`],
-    ["Below", counted(facts.below[node], node < scene.nodes ? "reference" : "triangle")],
+    ["Below", `${counted(facts.below[node], "reference")} to triangles`],
     ["Area", `${percent(area(scene.box, node) / area(scene.box, own))} of the root of its tree`],
     ["SAH cost", `${percent(weight(place) / weight(root))} of the whole`],
     ["Box from", low.map(short).join(", ")],

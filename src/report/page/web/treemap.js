@@ -106,7 +106,7 @@ export class Treemap {
   words(place) {
     const whole = this.weight(rootOf(this.scene)), share = whole > 0 ? this.weight(place) / whole : 0;
     return `${nodeName(this.scene, this.facts, place)}: ${percent(share)} of the SAH cost, `
-      + counted(this.facts.below[place.node], "triangle");
+      + counted(this.facts.below[place.node], "reference");
   }
 }
 
