@@ -3,8 +3,16 @@
 use super::shapes::{Point, Soup, add, bar, cuboid, direction, mapped, quad, scale, sheet, turned, within};
 use bvhc::random::Random;
 
-/// Columns in bays, and trim that runs the whole length in single pieces.
+/// Columns in bays, and trim that runs the whole length in single pieces, between walls.
 pub fn hall(count: usize) -> Soup {
+    let mut soup = open_hall(count);
+    let length = soup.iter().flatten().map(|p| p[0]).fold(0.0, f64::max);
+    cuboid(&mut soup, [-1.0, -0.5, -8.5], [length + 1.0, 10.5, 8.5]);
+    soup
+}
+
+/// The same without walls.
+fn open_hall(count: usize) -> Soup {
     let mut soup = Soup::new();
     let bays = (count / 36).max(2);
     let length = 6.0 * bays as f64;
@@ -28,10 +36,10 @@ fn cuboid_top(soup: &mut Soup, at: Point) {
     quad(soup, [[-0.6, 0.0, -0.6], [0.6, 0.0, -0.6], [0.6, 0.4, -0.6], [-0.6, 0.4, -0.6]].map(|p| add(at, p)));
 }
 
-/// The hall, turned by 45° about two axes.
+/// The hall without walls, turned by 45° about two axes.
 pub fn turned_hall(count: usize) -> Soup {
     let half = std::f64::consts::FRAC_1_SQRT_2;
-    mapped(hall(count), |p| turned(p, (half, half)))
+    mapped(open_hall(count), |p| turned(p, (half, half)))
 }
 
 /// A body and long blades at an angle, as a rotor has them between two frames.
