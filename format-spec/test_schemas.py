@@ -91,7 +91,9 @@ def documents(tool, scratch):
     files = ["out/pillar.bvhc", "out/forest.bvhc", "small.bvhc", "stripped.bvhc"]
     yield from run("info", *files, VECTORS / "invalid/E0206-meta-encoding.bvhc")
     yield from run("stats", *files)
-    yield from run("stats", "small.bvhc", "--epo", "off")
+    yield from run("stats", "small.bvhc", "--epo", "off", "--rays", "256")
+    conditions = ["--fail-if", "sah > +2%", "--fail-if", "depth > 1", "--fail-if", "visits < -1"]
+    yield from run("stats", "--compare", files[0], files[1], "--rays", "256", *conditions)
     picture = ["--size", "24x16", "-o", "picture.png"]
     yield from run("view", files[0], *picture, "--shade", "cost", "--boxes", "2")
     yield from run("view", files[1], *picture, "--shade", "instance")

@@ -12,13 +12,14 @@ pub enum Exit {
     Unsupported = 5,
     Limit = 6,
     Internal = 7,
+    Worse = 8,
     Mixed = 10,
     TryAgain = 75,
     Interrupted = 130,
 }
 
 impl Exit {
-    pub const ALL: [Exit; 11] = [
+    pub const ALL: [Exit; 12] = [
         Exit::Success,
         Exit::Negative,
         Exit::Usage,
@@ -27,6 +28,7 @@ impl Exit {
         Exit::Unsupported,
         Exit::Limit,
         Exit::Internal,
+        Exit::Worse,
         Exit::Mixed,
         Exit::TryAgain,
         Exit::Interrupted,
@@ -47,6 +49,7 @@ impl Exit {
             Exit::Unsupported => "unsupported",
             Exit::Limit => "limit",
             Exit::Internal => "internal",
+            Exit::Worse => "worse",
             Exit::Mixed => "mixed",
             Exit::TryAgain => "try-again",
             Exit::Interrupted => "interrupted",
@@ -65,6 +68,7 @@ impl Exit {
             Exit::Unsupported => "a format version or feature that this version does not support, or no usable device",
             Exit::Limit => "a limit was exceeded, such as --max-memory",
             Exit::Internal => "a bug in bvhc: please report",
+            Exit::Worse => "a condition of stats --compare --fail-if holds",
             Exit::Mixed => "some inputs succeeded and some failed (all failed alike: that code)",
             Exit::TryAgain => "an input changed while it was being built; nothing was written, try again",
             Exit::Interrupted => "interrupted (SIGINT, SIGTERM); no partial output is left",

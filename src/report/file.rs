@@ -1,6 +1,7 @@
 //! [`FileReport`]: the trees of one file, folded.
 
 use super::overlap::EpoReport;
+use super::rays::RayReport;
 use super::stats::{TreeReport, TreeStats};
 use crate::cache::View;
 use serde::Serialize;
@@ -21,6 +22,8 @@ pub struct FileReport {
     pub blas: TreeReport,
     /// End-point overlap of the BLASes; `None` where it was not asked for.
     pub epo: Option<EpoReport>,
+    /// What probe rays do in the trees; `None` where none were traced.
+    pub rays: Option<RayReport>,
     /// How the BLASes differ; `None` for a file with a single one.
     pub blas_spread: Option<BlasSpread>,
     pub tlas: Option<TreeReport>,
@@ -49,7 +52,7 @@ pub struct Extreme {
 }
 
 impl FileReport {
-    /// Walk every tree of a file once, all but for [`FileReport::epo`], which has its own price.
+    /// Walk every tree of a file once, all but for [`FileReport::epo`] and [`FileReport::rays`], which have their own price.
     pub fn of_view(path: String, file_len: u64, view: &View) -> FileReport {
         let each: Vec<TreeStats> = (0..view.blases.len())
             .filter_map(|i| Some(TreeStats::of_tree(view.blas(i)?.nodes, u64::from(view.blases[i].prim_count))))
@@ -71,6 +74,7 @@ impl FileReport {
             instanced_triangles: if two_levels { instanced } else { blas.prims },
             blas: TreeReport::from(&blas),
             epo: None,
+            rays: None,
             blas_spread: spread,
             tlas: tlas.as_ref().map(TreeReport::from),
             notes: Vec::new(),

@@ -12,7 +12,11 @@ pub(crate) mod file;
 pub mod frames;
 pub mod info;
 #[cfg(feature = "cli")]
+pub mod metrics;
+#[cfg(feature = "cli")]
 pub mod outline;
+#[cfg(feature = "cli")]
+pub mod rays;
 // Public for the fuzz targets, which build without the command line.
 #[doc(hidden)]
 pub mod overlap;

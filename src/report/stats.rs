@@ -28,6 +28,12 @@ pub struct TreeStats {
     pub overlap: f64,
     /// Σ over inner nodes of A(left ∩ right).
     pub overlap_area: f64,
+    /// Σ over the inner nodes at each depth of A(left ∩ right) / A(parent), the root's first.
+    pub overlap_at: Vec<f64>,
+    /// Σ over inner nodes with a volume of the share of it that neither child's box has.
+    pub empty: f64,
+    /// Inner nodes with a volume.
+    pub solid_nodes: u64,
     /// Nodes at each depth, the root's first.
     pub nodes_per_depth: Vec<u64>,
     pub leaves_per_depth: Vec<u64>,
@@ -68,6 +74,10 @@ impl TreeStats {
             if parent > 0.0 {
                 stats.overlap += shared / parent;
             }
+            let at = depth as usize;
+            stats.overlap_at.resize(stats.overlap_at.len().max(at + 1), 0.0);
+            stats.overlap_at[at] += if parent > 0.0 { shared / parent } else { 0.0 };
+            stats.add_empty(node, left, right);
         }
         stats
     }
@@ -84,6 +94,15 @@ impl TreeStats {
             bump(&mut self.leaves_per_depth, depth);
         } else {
             self.inner_cost += REPORT_TRAVERSAL_COST * half_area(node);
+        }
+    }
+
+    fn add_empty(&mut self, node: &Node, left: &Node, right: &Node) {
+        let whole = volume_of(extent(node));
+        if whole > 0.0 && whole.is_finite() {
+            let filled = volume_of(extent(left)) + volume_of(extent(right)) - volume_of(common(left, right));
+            self.empty += (1.0 - filled / whole).clamp(0.0, 1.0);
+            self.solid_nodes += 1;
         }
     }
 
@@ -119,6 +138,21 @@ impl TreeStats {
         ratio(self.overlap, self.inner_nodes() as f64)
     }
 
+    /// [`TreeStats::mean_overlap`] of the inner nodes at each depth, the root's first.
+    pub fn overlap_per_depth(&self) -> Vec<f64> {
+        let inner = |depth: usize| {
+            let leaves = self.leaves_per_depth.get(depth).copied().unwrap_or(0);
+            self.nodes_per_depth.get(depth).copied().unwrap_or(0).saturating_sub(leaves)
+        };
+        self.overlap_at.iter().enumerate().map(|(depth, sum)| ratio(*sum, inner(depth) as f64)).collect()
+    }
+
+    /// Mean over the inner nodes with a volume V of (V(parent) − V(left ∪ right)) / V(parent): space in which a ray is told of by the node, and meets
+    /// neither child. 0 to 1.
+    pub fn mean_empty(&self) -> f64 {
+        ratio(self.empty, self.solid_nodes as f64)
+    }
+
     /// Σ A(left ∩ right) / A(root): how many nodes a ray visits in vain, roughly.
     pub fn overlap_per_root(&self) -> f64 {
         ratio(self.overlap_area, self.root_area)
@@ -140,6 +174,12 @@ impl Add for TreeStats {
         self.leaf_cost += other.leaf_cost;
         self.overlap += other.overlap;
         self.overlap_area += other.overlap_area;
+        self.overlap_at.resize(self.overlap_at.len().max(other.overlap_at.len()), 0.0);
+        for (sum, more) in self.overlap_at.iter_mut().zip(&other.overlap_at) {
+            *sum += more;
+        }
+        self.empty += other.empty;
+        self.solid_nodes += other.solid_nodes;
         add_histogram(&mut self.nodes_per_depth, &other.nodes_per_depth);
         add_histogram(&mut self.leaves_per_depth, &other.leaves_per_depth);
         for (size, n) in other.leaf_sizes {
@@ -173,11 +213,25 @@ fn add_histogram(into: &mut Vec<u64>, other: &[u64]) {
 }
 
 fn half_area(n: &Node) -> f64 {
-    area_of([0, 1, 2].map(|a| f64::from(n.max[a]) - f64::from(n.min[a])))
+    area_of(extent(n))
 }
 
 fn intersection_area(a: &Node, b: &Node) -> f64 {
-    area_of([0, 1, 2].map(|x| f64::from(a.max[x].min(b.max[x])) - f64::from(a.min[x].max(b.min[x]))))
+    area_of(common(a, b))
+}
+
+fn extent(n: &Node) -> [f64; 3] {
+    [0, 1, 2].map(|a| f64::from(n.max[a]) - f64::from(n.min[a]))
+}
+
+/// The edges of what two boxes share; one below 0 where they share nothing.
+fn common(a: &Node, b: &Node) -> [f64; 3] {
+    [0, 1, 2].map(|x| f64::from(a.max[x].min(b.max[x])) - f64::from(a.min[x].max(b.min[x])))
+}
+
+/// 0 where the box is empty or not a number.
+fn volume_of([x, y, z]: [f64; 3]) -> f64 {
+    if x >= 0.0 && y >= 0.0 && z >= 0.0 { x * y * z } else { 0.0 }
 }
 
 /// Half area of a box with these edges; 0 where it is empty or not a number.
@@ -201,6 +255,8 @@ pub struct TreeReport {
     pub refs_per_leaf: f64,
     pub mean_sibling_overlap: f64,
     pub overlap_per_root_area: f64,
+    pub overlap_per_depth: Vec<f64>,
+    pub mean_empty_share: f64,
     pub nodes_per_depth: Vec<u64>,
     pub leaves_per_depth: Vec<u64>,
     /// Pairs of leaf size and number of leaves, ascending.
@@ -223,6 +279,8 @@ impl From<&TreeStats> for TreeReport {
             refs_per_leaf: s.refs_per_leaf(),
             mean_sibling_overlap: s.mean_overlap(),
             overlap_per_root_area: s.overlap_per_root(),
+            overlap_per_depth: s.overlap_per_depth(),
+            mean_empty_share: s.mean_empty(),
             nodes_per_depth: s.nodes_per_depth.clone(),
             leaves_per_depth: s.leaves_per_depth.clone(),
             leaf_sizes: s.leaf_sizes.iter().map(|(&size, &n)| (size, n)).collect(),
@@ -258,6 +316,33 @@ mod tests {
         assert!((s.duplication() - 1.0 / 3.0).abs() < 1e-12);
         // root 1.5×1×1 has half area 4, the common part 0.5×1×1 has 2
         assert!((s.overlap - 0.5).abs() < 1e-12);
+    }
+
+    /// Against sums that are written down node by node, for a tree with an inner node on each of two depths.
+    #[test]
+    fn overlap_and_empty_space_have_closed_forms() {
+        let cube = |x: f32, width: f32| Aabb { min: [x, 0.0, 0.0], max: [x + width, 1.0, 1.0] };
+        let (left, far, near) = (cube(0.0, 1.0), cube(3.0, 1.0), cube(2.5, 1.0));
+        let right = far.union(near);
+        let nodes = vec![
+            Node::inner(left.union(right), 2),
+            bytemuck::Zeroable::zeroed(),
+            Node::leaf(left, 0, 1),
+            Node::inner(right, 4),
+            Node::leaf(near, 1, 1),
+            Node::leaf(far, 2, 1),
+        ];
+        let s = TreeStats::of_tree(&nodes, 3);
+        // The root, 4 long, has a gap of 1.5 and no overlap; its right child, 1.5 long with half area 4, is full, and 0.5 of it, with 2, is shared.
+        assert_eq!(s.overlap_per_depth(), [0.0, 0.5]);
+        assert_eq!((s.mean_empty(), s.solid_nodes), (1.5 / 4.0 / 2.0, 2));
+        assert_eq!(s.mean_overlap(), 0.25);
+        let both = s.clone() + TreeStats::of_tree(&two_leaves(), 3);
+        assert_eq!((both.overlap_per_depth(), both.mean_empty()), (vec![0.25, 0.5], 0.125));
+        // A flat node has no volume to be empty.
+        let flat = Aabb { min: [0.0; 3], max: [1.0, 1.0, 0.0] };
+        let flat = vec![Node::inner(flat, 2), nodes[1], Node::leaf(flat, 0, 1), Node::leaf(flat, 1, 1)];
+        assert_eq!(TreeStats::of_tree(&flat, 2).mean_empty(), 0.0);
     }
 
     #[test]

@@ -230,3 +230,57 @@ fn every_rule_can_be_explained() {
     assert_eq!(place.run("explain E9999").code, 2);
     assert_eq!(place.ok("explain E0402 --json").json()["rules"][0]["name"], "node-child-order");
 }
+
+#[test]
+fn stats_counts_what_rays_do_in_each_set() {
+    let place = built("");
+    let plain = place.ok("stats a.bvhc --json").json()["files"][0].clone();
+    assert!(plain["rays"].is_null() && plain["blas"]["mean_empty_share"].as_f64().unwrap() < 1.0);
+    let rays = place.ok("stats a.bvhc --rays 400 --json").json()["files"][0]["rays"].clone();
+    let sets = rays["sets"].as_array().unwrap();
+    let names: Vec<&str> = sets.iter().map(|set| set["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["primary", "diffuse", "occlusion"]);
+    let of = |set: &serde_json::Value, field: &str| set[field].as_f64().unwrap();
+    let costs = sets.iter().map(|set| 1.2 * of(set, "visits") + of(set, "tests"));
+    assert!((costs.sum::<f64>() / 3.0 - of(&rays, "cost")).abs() < 1e-9);
+    assert!(sets.iter().all(|set| of(set, "leaves") <= of(set, "tests") && set["rays"] == 400));
+    let text = place.ok("stats a.bvhc --rays 400").out;
+    assert!(text.contains("leaf variability") && text.contains("occlusion rays"), "{text}");
+    assert!(place.ok("stats a.bvhc --rays 400 --csv").out.contains("leaf_variability"));
+}
+
+#[test]
+fn stats_compares_two_files_and_judges_for_ci() {
+    let place = built("--preset draft");
+    place.ok("build a.obj -o b.bvhc --preset draft -O max-leaf=1");
+    let same = place.ok("stats --compare a.bvhc a.bvhc --rays 100");
+    assert!(same.out.lines().skip(1).all(|line| line.ends_with('=')), "{}", same.out);
+    let said = place.run("stats --compare a.bvhc b.bvhc --rays 100 --json --fail-if nodes>+10% --fail-if depth>64");
+    let document = said.json();
+    assert_eq!((said.code, document["exit_code"].as_u64()), (8, Some(8)), "{}", said.err);
+    let holds: Vec<bool> =
+        document["verdicts"].as_array().unwrap().iter().map(|v| v["holds"].as_bool().unwrap()).collect();
+    assert_eq!(holds, [true, false]);
+    let changes = document["changes"].as_array().unwrap();
+    let nodes = changes.iter().find(|c| c["metric"] == "nodes").unwrap();
+    let stats = |file: &str| place.ok(&format!("stats {file} --json")).json()["files"][0]["blas"]["nodes"].clone();
+    assert_eq!(
+        (&nodes["before"], &nodes["after"]),
+        (&serde_json::json!(f(&stats("a.bvhc"))), &serde_json::json!(f(&stats("b.bvhc"))))
+    );
+    assert_eq!(place.run("stats --compare a.bvhc b.bvhc --fail-if ray-cost>+1000%").code, 0);
+
+    let unknown = place.run("stats --compare a.bvhc b.bvhc --fail-if speed>1");
+    assert!(unknown.code == 2 && unknown.err.contains("ray-cost") && unknown.err.contains("leaf-variability"));
+    for args in
+        ["a.bvhc", "a.bvhc b.bvhc a.bvhc", "a.bvhc b.bvhc --fail-if sah", "a.bvhc b.bvhc --rays 0 --fail-if visits>1"]
+    {
+        assert_eq!(place.run(&format!("stats --compare {args}")).code, 2, "{args}");
+    }
+    assert_eq!(place.run("stats a.bvhc --fail-if sah>1").code, 2);
+}
+
+/// As the comparison has all its figures.
+fn f(count: &serde_json::Value) -> f64 {
+    count.as_u64().unwrap() as f64
+}

@@ -2,6 +2,7 @@
 
 pub mod build;
 pub mod check;
+mod compare;
 pub mod completions;
 pub mod convert;
 pub mod explain;

@@ -1,5 +1,6 @@
 //! `bvhc stats`: what the trees of a file are like.
 
+use super::compare;
 use crate::cli::Context;
 use crate::cli::advice;
 use crate::cli::caches;
@@ -10,8 +11,11 @@ use crate::cli::names;
 use crate::cli::table::{Table, csv_line};
 use crate::report::file::{BlasSpread, Extreme, FileReport};
 use crate::report::frames::Measure;
+use crate::report::metrics::Condition;
 use crate::report::overlap::{EpoMode, EpoReport};
+use crate::report::rays::{RayReport, SetReport};
 use crate::report::stats::TreeReport;
+use crate::trace::probe::SETS;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -32,9 +36,10 @@ pub struct StatsArgs {
     /// Of sequences: one row per frame, with what refitting costs and what each frame adds to the file
     #[arg(long, conflicts_with_all = ["epo", "depths"])]
     frames: bool,
-    /// With --frames: rays in each of three sets by which the cost of a ray is counted, from four cameras around each frame; 0 traces none, and a million is the most
-    #[arg(long, value_name = "N", default_value_t = 1024, requires = "frames", value_parser = clap::value_parser!(u32).range(..=1_000_000))]
-    rays: u32,
+    /// Rays in each of three sets by which the cost of a ray is counted, from four cameras around the scene or each frame; 0 traces none, and a million is the
+    /// most [default: 0, with --frames 1024, with --compare 4096]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1_000_000))]
+    rays: Option<u32>,
     /// With --frames: build each frame's trees anew by the recipe in the file, and count what the same rays cost there
     #[arg(long, requires = "frames")]
     against_fresh: bool,
@@ -44,9 +49,16 @@ pub struct StatsArgs {
     /// How EPO is measured [default: auto]
     #[arg(long, value_name = "HOW", value_enum)]
     epo: Option<Epo>,
-    /// Show also the nodes and leaves at each depth
+    /// Show also the nodes, leaves and overlap at each depth
     #[arg(long)]
     depths: bool,
+    /// Of two files: what changed from the first to the second
+    #[arg(long, conflicts_with_all = ["csv", "frames", "depths"])]
+    compare: bool,
+    /// With --compare: exit with 8 where this holds, such as 'ray-cost > +2%', 'sah > +0.5' or 'depth > 40'; may be given again. A sign asks for the
+    /// change, % for its share, neither for the second file's value
+    #[arg(long = "fail-if", value_name = "CONDITION", requires = "compare", value_parser = compare::parse_condition)]
+    fail_if: Vec<Condition>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -80,17 +92,26 @@ struct Document<'a> {
 }
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
+    if args.compare && args.files.len() != 2 {
+        return Err(Failure::new(
+            Exit::Usage,
+            format!("cannot compare {}", figures::counted(args.files.len() as u64, "file", "files")),
+        )
+        .fact("what changed is told from one file to another")
+        .help("bvhc stats --compare BEFORE AFTER"));
+    }
     if args.frames || args.files.iter().all(|path| caches::is_sequence(path, context)) {
         // A sequence alone needs no --frames, which refuses these.
-        let unread = [("--epo", args.epo.is_some()), ("--depths", args.depths)];
+        let unread = [("--epo", args.epo.is_some()), ("--depths", args.depths), ("--compare", args.compare)];
         if let Some((flag, _)) = unread.into_iter().find(|(_, is_given)| *is_given) {
             return Err(Failure::new(Exit::Usage, format!("cannot measure a sequence with {flag}"))
                 .fact("the frames of a sequence are told by a row each")
                 .help(format!("leave out {flag}, or take a frame out first: bvhc convert FILE -o OUT --frame N")));
         }
-        let measure = Measure { rays: args.rays as usize, fresh: args.against_fresh };
+        let measure = Measure { rays: args.rays.unwrap_or(1024) as usize, fresh: args.against_fresh };
         return super::frames::run(&args.files, &measure, args.csv, args.svg.as_deref(), context);
     }
+    let count = args.rays.unwrap_or(if args.compare { 4096 } else { 0 }) as usize;
     let mut paths = Vec::new();
     let (reports, exit) = caches::each(&args.files, context, |path| {
         let opened = caches::open_checked(path, context)?;
@@ -98,8 +119,15 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
         let (name, view) = (path.to_string_lossy().into_owned(), opened.view());
         let epo = args.epo.unwrap_or(Epo::Auto).mode().map(|mode| EpoReport::of_view(&view, mode, &context.exec));
         let notes = opened.meta().map_or_else(Vec::new, |meta| meta.notes.clone());
-        Ok(FileReport { epo, notes, ..FileReport::of_view(name, opened.header().file_len, &view) })
+        let rays = (count > 0).then(|| RayReport::of_view(&view, count, &context.exec));
+        Ok(FileReport { epo, rays, notes, ..FileReport::of_view(name, opened.header().file_len, &view) })
     });
+    if args.compare {
+        return match exit {
+            Exit::Success => compare::run(&reports, &paths, &args.fail_if, context),
+            failed => Ok(failed),
+        };
+    }
     if context.terminal.json {
         context.terminal.document(&Document { schema: "bvhc.stats.v1", exit_code: exit.code(), files: &reports })?;
     } else if args.csv {
@@ -113,7 +141,7 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
 /// A named figure of a file, as a person reads it.
 type Row = (&'static str, fn(&FileReport) -> String);
 
-const ROWS: [Row; 13] = [
+const ROWS: [Row; 14] = [
     ("nodes", |r| figures::count(r.blas.nodes)),
     ("leaves", |r| figures::count(r.blas.leaves)),
     ("triangles", |r| figures::count(r.blas.prims)),
@@ -127,6 +155,7 @@ const ROWS: [Row; 13] = [
     ("refs per leaf", |r| format!("{:.2}", r.blas.refs_per_leaf)),
     ("sibling overlap", |r| format!("{:.2} %", r.blas.mean_sibling_overlap * 100.0)),
     ("bytes per triangle", |r| format!("{:.1}", r.bytes_per_triangle)),
+    ("empty space", |r| format!("{:.2} %", r.blas.mean_empty_share * 100.0)),
 ];
 
 /// One of a two-level file's top level.
@@ -151,6 +180,34 @@ const SPREAD_ROWS: [SpreadRow; 5] = [
     ("  highest SAH", |s| extreme(s.highest_sah, |v| format!("{v:.2}"))),
     ("  mean SAH", |s| format!("{:.2}", s.mean_sah)),
 ];
+
+/// One of what a set of rays does.
+type RayRow = (&'static str, fn(&SetReport) -> f64);
+
+const RAY_ROWS: [RayRow; 5] = [
+    ("  visits", |s| s.visits),
+    ("  tests", |s| s.tests),
+    ("  leaves", |s| s.leaves),
+    ("  leaf variability", |s| s.leaf_variability),
+    ("  cost", |s| s.cost),
+];
+
+/// What rays do, a set after another, and what they cost in all sets.
+fn ray_rows(table: &mut Table, reports: &[FileReport]) {
+    let traced = |r: &FileReport, cell: &dyn Fn(&RayReport) -> String| r.rays.as_ref().map_or_else(dash, cell);
+    table.gap();
+    table.row("ray cost", reports.iter().map(|r| traced(r, &|rays| format!("{:.2}", rays.cost))));
+    for name in SETS {
+        let set = |rays: &RayReport, cell: &dyn Fn(&SetReport) -> String| {
+            rays.sets.iter().find(|set| set.name == name).map_or_else(dash, cell)
+        };
+        let of_set = |r: &FileReport, cell: &dyn Fn(&SetReport) -> String| traced(r, &|rays| set(rays, cell));
+        table.row(format!("{name} rays"), reports.iter().map(|r| of_set(r, &|s| figures::count(s.rays))));
+        for (label, value) in RAY_ROWS {
+            table.row(label, reports.iter().map(|r| of_set(r, &|s| format!("{:.2}", value(s)))));
+        }
+    }
+}
 
 fn extreme(e: Extreme, show: impl Fn(f64) -> String) -> String {
     format!("{} (#{})", show(e.value), e.blas)
@@ -184,6 +241,10 @@ fn text(reports: &[FileReport], paths: &[PathBuf], depths: bool) -> String {
         }
     }
 
+    if reports.iter().any(|r| r.rays.is_some()) {
+        ray_rows(&mut table, reports);
+    }
+
     // The histograms: leaves by size always, since few sizes occur; nodes by depth on demand.
     table.gap();
     table.row("leaves by size", []);
@@ -195,12 +256,13 @@ fn text(reports: &[FileReport], paths: &[PathBuf], depths: bool) -> String {
     }
     if depths {
         table.gap();
-        table.row("nodes (leaves) by depth", []);
+        table.row("nodes (leaves, overlap) by depth", []);
         for depth in 0..reports.iter().map(|r| r.blas.nodes_per_depth.len()).max().unwrap_or(0) {
             let at = |histogram: &[u64]| histogram.get(depth).copied().unwrap_or(0);
             let cell = |r: &FileReport| {
                 let (nodes, leaves) = (at(&r.blas.nodes_per_depth), at(&r.blas.leaves_per_depth));
-                format!("{} ({})", figures::count(nodes), figures::count(leaves))
+                let overlap = 100.0 * r.blas.overlap_per_depth.get(depth).copied().unwrap_or(0.0);
+                format!("{} ({}, {overlap:.1} %)", figures::count(nodes), figures::count(leaves))
             };
             table.row(format!("{depth:>4}"), reports.iter().map(cell));
         }
@@ -230,7 +292,7 @@ fn counted(n: u64, of: u64) -> String {
 /// A figure as a machine reads it; the shortest text that gives the same number back.
 type Column = (&'static str, fn(&FileReport) -> String);
 
-const COLUMNS: [Column; 23] = [
+const COLUMNS: [Column; 29] = [
     ("file_len", |r| r.file_len.to_string()),
     ("levels", |r| r.levels.to_string()),
     ("trees", |r| r.blas.trees.to_string()),
@@ -250,6 +312,12 @@ const COLUMNS: [Column; 23] = [
     ("mean_sibling_overlap", |r| r.blas.mean_sibling_overlap.to_string()),
     ("overlap_per_root_area", |r| r.blas.overlap_per_root_area.to_string()),
     ("bytes_per_triangle", |r| r.bytes_per_triangle.to_string()),
+    ("mean_empty_share", |r| r.blas.mean_empty_share.to_string()),
+    ("ray_cost", |r| ray_column(r, |rays| rays.cost)),
+    ("visits", |r| ray_column(r, |rays| rays.mean(|s| s.visits))),
+    ("tests", |r| ray_column(r, |rays| rays.mean(|s| s.tests))),
+    ("leaf_visits", |r| ray_column(r, |rays| rays.mean(|s| s.leaves))),
+    ("leaf_variability", |r| ray_column(r, |rays| rays.mean(|s| s.leaf_variability))),
     ("instances", |r| r.instances.to_string()),
     ("instanced_triangles", |r| r.instanced_triangles.to_string()),
     ("tlas_nodes", |r| r.tlas.as_ref().map_or_else(String::new, |t| t.nodes.to_string())),
@@ -258,6 +326,10 @@ const COLUMNS: [Column; 23] = [
 
 fn epo_column(report: &FileReport, cell: fn(&EpoReport) -> String) -> String {
     report.epo.as_ref().map_or_else(String::new, cell)
+}
+
+fn ray_column(report: &FileReport, cell: fn(&RayReport) -> f64) -> String {
+    report.rays.as_ref().map_or_else(String::new, |rays| cell(rays).to_string())
 }
 
 fn csv(reports: &[FileReport]) -> String {

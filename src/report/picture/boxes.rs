@@ -102,7 +102,7 @@ fn visible(lens: &Lens, a: [f64; 3], b: [f64; 3]) -> Option<[[f64; 3]; 2]> {
     let way = [0, 1, 2].map(|k| b[k] - a[k]);
     let [wide, high] = lens.tangents();
     let size = a.iter().chain(&b).fold(0.0f64, |m, c| m.max(c.abs()));
-    let near = 1e-6 * size;
+    let near = 1e-9 * size;
     // Each plane keeps where this is at least 0; it is linear along the edge.
     let planes = [
         |p: [f64; 3], _: f64, _: f64, near: f64| p[2] - near,

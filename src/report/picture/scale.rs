@@ -23,11 +23,11 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// A scale that ends at the first of 1, 2, 5, 10, 20, 50 … that at most one in two hundred of the sizes of `values` is above.
+    /// A scale that ends at the first of 1, 2, 5, 10, 20, 50 … that at most one in fifty of the sizes of `values` is above.
     pub fn over(title: &str, mut values: Vec<f64>, signed: bool) -> Scale {
         values.iter_mut().for_each(|v| *v = v.abs());
         values.sort_unstable_by(f64::total_cmp);
-        let nearly_all = values.get((values.len() * 199 / 200).min(values.len().saturating_sub(1)));
+        let nearly_all = values.get((values.len() * 49 / 50).min(values.len().saturating_sub(1)));
         let (mut most, mut steps) = (1.0, [2.0, 2.5, 2.0].into_iter().cycle());
         while nearly_all.is_some_and(|v| *v > most && most < 1e12) {
             most *= steps.next().unwrap_or(2.0);
@@ -103,7 +103,7 @@ mod tests {
     fn a_scale_ends_at_a_round_number_above_nearly_all() {
         let most = |values: Vec<f64>| Scale::over("", values, false).most;
         assert_eq!([most(vec![]), most(vec![0.0; 9]), most(vec![1.0, 3.0]), most(vec![-47.0])], [1.0, 1.0, 5.0, 50.0]);
-        // One of two hundred and one may be above.
+        // Two of four hundred and two may be above, eleven may not.
         let mut values = vec![90.0; 400];
         values.extend([5000.0, 6000.0]);
         assert_eq!(most(values.clone()), 100.0);

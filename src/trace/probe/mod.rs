@@ -9,11 +9,14 @@
 mod bounce;
 mod camera;
 mod everywhere;
+mod work;
 mod world;
 
 pub use camera::Camera;
+#[cfg(feature = "cli")]
 pub(crate) use camera::subject;
 pub use everywhere::everywhere;
+pub use work::RayWork;
 
 use self::bounce::{Struck, bounces, camera_rays, strike, toward_occluders};
 pub(crate) use self::world::World;

@@ -92,14 +92,10 @@ mod tests {
     #[test]
     fn two_rows_are_a_line_and_a_run_is_told_once() {
         let canvas = Canvas::of(2, vec![[0; 3], [0; 3], [255; 3], [255; 3], [255, 0, 0], [0; 3]]);
-        assert_eq!(Colours::None.text(&canvas), "++\n: \n".replace(": ", &letters_of([255, 0, 0])));
+        assert_eq!(Colours::None.text(&canvas), "==\n: \n");
         let full = Colours::Full.text(&canvas);
         assert!(full.starts_with("\x1b[38;2;0;0;0;48;2;255;255;255m▀▀\x1b[0m\n"), "{full:?}");
         assert!(Colours::Palette.text(&canvas).contains("\x1b[38;5;196;48;5;196m▀"));
         assert_eq!([palette([0; 3]), palette([255; 3]), palette([100, 0, 0])], [16, 231, 52]);
-    }
-
-    fn letters_of(first: Rgb) -> String {
-        [letter(first, first), letter([0; 3], [0; 3])].iter().collect()
     }
 }

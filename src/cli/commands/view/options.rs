@@ -55,7 +55,7 @@ pub struct ViewArgs {
     /// Rays for each pixel, across and down: 3 makes smooth edges by nine rays
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=8))]
     pub samples: u8,
-    /// What the brightest colour stands for [default: a round number that 199 of 200 pixels do not exceed]
+    /// What the brightest colour stands for [default: a round number that 49 of 50 pixels do not exceed]
     #[arg(long, value_name = "N", value_parser = parse_most)]
     pub scale: Option<f64>,
     /// Draw the boxes of the nodes on this level, and of leaves above it; the root is on level 0

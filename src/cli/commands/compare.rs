@@ -1,0 +1,102 @@
+//! `bvhc stats --compare`: what changed from one file to another, with a verdict for CI.
+
+use crate::cli::Context;
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::figures;
+use crate::cli::names;
+use crate::cli::table::Table;
+use crate::report::file::FileReport;
+use crate::report::metrics::{Change, Condition, METRICS, NoCondition, Verdict};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    exit_code: u8,
+    before: &'a str,
+    after: &'a str,
+    changes: &'a [Change],
+    verdicts: &'a [Verdict],
+}
+
+/// The reading of `--fail-if`.
+pub fn parse_condition(text: &str) -> Result<Condition, String> {
+    Condition::parse(text).map_err(|error| match error {
+        NoCondition::Form => format!(
+            "`{}` is no condition; write a figure, one of > >= < <=, and a number, such as 'ray-cost > +2%' or 'depth > 40'",
+            names::escape(text)
+        ),
+        NoCondition::Metric => {
+            let all: Vec<&str> = METRICS.iter().map(|metric| metric.name).collect();
+            format!("`{}` is about no known figure; there are {}", names::escape(text), all.join(", "))
+        }
+    })
+}
+
+/// Print the changes, and fail where a condition holds.
+pub fn run(
+    reports: &[FileReport],
+    paths: &[PathBuf],
+    conditions: &[Condition],
+    context: &Context,
+) -> Result<Exit, Failure> {
+    let [before, after] = reports else { return Ok(Exit::Success) };
+    let changes = Change::all(before, after);
+    let mut verdicts = Vec::new();
+    for condition in conditions {
+        let Some(verdict) = condition.judge(&changes) else {
+            return Err(Failure::new(Exit::Usage, format!("cannot judge `{}`", condition.text))
+                .fact(format!("{} was not measured", condition.metric))
+                .help("figures of rays need --rays N above 0, and EPO needs another --epo than off"));
+        };
+        verdicts.push(verdict);
+    }
+    let exit = if verdicts.iter().any(|verdict| verdict.holds) { Exit::Worse } else { Exit::Success };
+    if context.terminal.json {
+        context.terminal.document(&Document {
+            schema: "bvhc.stats-compare.v1",
+            exit_code: exit.code(),
+            before: &before.path,
+            after: &after.path,
+            changes: &changes,
+            verdicts: &verdicts,
+        })?;
+    } else {
+        context.terminal.print(&text(&changes, &verdicts, paths))?;
+    }
+    Ok(exit)
+}
+
+fn text(changes: &[Change], verdicts: &[Verdict], paths: &[PathBuf]) -> String {
+    let mut table = Table::default();
+    let files = names::headings(&paths.iter().map(PathBuf::as_path).collect::<Vec<&Path>>());
+    table.row("", files.into_iter().chain(["change".to_string()]));
+    for change in changes {
+        let cell = match change.relative {
+            Some(0.0) => "=".to_string(),
+            Some(relative) => format!("{:+.2} %", 100.0 * relative),
+            None => format!("{:+}", round(change.change)),
+        };
+        table.row(change.metric, [number(change.before), number(change.after), cell]);
+    }
+    let mut text = table.render();
+    for verdict in verdicts {
+        let told = if verdict.holds { "FAILED, since this holds" } else { "passed" };
+        text.push_str(&format!("\n{}: {told}", names::escape(&verdict.condition)));
+    }
+    if !verdicts.is_empty() {
+        text.push('\n');
+    }
+    text
+}
+
+fn number(value: f64) -> String {
+    if value == value.trunc() && value.abs() < 1e15 { figures::count(value as u64) } else { round(value).to_string() }
+}
+
+/// Four digits behind the point.
+fn round(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}
