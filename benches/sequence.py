@@ -4,10 +4,12 @@
     benches/sequence.py [--bvhc target/release/bvhc] [--frames 1000] [--side 123] [--folder DIR] [-- BUILD-OPTION…]
 
 The frame that is edited stands right behind the middle; where it is one of those that trees are made of, all are read. Writes that many frames of a cloth in waves (2 · (side - 1)² triangles; 123 makes 29,768) into a folder, needs about 3 GB there, and removes them.
-Only Python's own library is needed. Counts and memory are the program's own; times depend on the machine and on what else it does.
+Only Python's own library is needed. Counts and memory are the program's own (its largest resident set, which has the pages of the file that was there, if one was); times depend on the machine and on what
+else it does.
 """
 
 import argparse
+import filecmp
 import json
 import math
 import subprocess
@@ -51,7 +53,9 @@ class Bench:
         """Build the first frames, and print what that took."""
         file = self.folder / f"cloth.{frames}.bvhc"
         pattern = self.folder / "cloth.%04d.obj"
-        command = [self.bvhc, "build", pattern, "-o", file, "--frames", f"1-{frames}", "--json", *self.options, *more]
+        # Reading the file back maps it, and mapped pages count as memory, though the system can have them back.
+        quiet = ["--no-check", "--json", *self.options]
+        command = [self.bvhc, "build", pattern, "-o", file, "--frames", f"1-{frames}", *quiet, *more]
         run = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, check=False)
         if run.returncode:
             sys.exit(f"{what}: exit code {run.returncode}")
@@ -84,17 +88,19 @@ def main():
         print("| | frames read | trees built | refitted | taken | read, s | build, s | write, s | total, s | peak memory, MiB |")
         print("|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|")
         bench.build(f"{few} frames", few, "--jobs", "2")
-        bench.build(f"{args.frames} frames, one thread", args.frames, "--jobs", "1", "--force")
-        _, file = bench.build(f"{args.frames} frames, two threads", args.frames, "--jobs", "2", "--force")
+        _, file = bench.build(f"{args.frames} frames, one thread", args.frames, "--jobs", "1")
+        # A file that is there is mapped to be looked at, and what was looked at counts as memory.
+        file.unlink()
+        bench.build(f"{args.frames} frames, two threads", args.frames, "--jobs", "2")
         before = file.stat()
         bench.build("again", args.frames)
-        if file.stat() != before and file.stat().st_mtime_ns != before.st_mtime_ns:
+        if file.stat().st_mtime_ns != before.st_mtime_ns:
             sys.exit("a build of what is up to date wrote the file")
         write_frame(folder, args.frames // 2 + 1, args.side, wave, faces, 37)
         bench.build("one frame edited", args.frames, "--jobs", "2")
-        taken = file.read_bytes()
-        bench.build("the same, all frames", args.frames, "--jobs", "2", "--force")
-        if file.read_bytes() != taken:
+        taken = file.rename(folder / "taken.bvhc")
+        bench.build("the same, all frames", args.frames, "--jobs", "2")
+        if not filecmp.cmp(file, taken, shallow=False):
             sys.exit("a build from the file that was there made other bytes")
 
 
