@@ -63,15 +63,18 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 type Answer = Result<Option<Hit>, Malformed>;
+/// A question to a form about one ray, which counts the work.
+type Ask<'a, A> = Box<dyn Fn(&Ray, &mut Counters) -> A + 'a>;
+/// How many rays hit something, all of them traced at once, so that nothing but tracing is timed. Any hit if the flag is set.
+type Count<'a> = Box<dyn Fn(&[Ray], bool) -> usize + 'a>;
 
 /// A form of a scene's trees.
 struct Form<'a> {
     name: &'a str,
     bytes: usize,
-    closest: Box<dyn Fn(&Ray, &mut Counters) -> Answer + 'a>,
-    any: Box<dyn Fn(&Ray, &mut Counters) -> Result<bool, Malformed> + 'a>,
-    /// All rays at once, so that nothing but tracing is timed. Any hit if the last is set.
-    count_hits: Box<dyn Fn(&[Ray], bool) -> usize + 'a>,
+    closest: Ask<'a, Answer>,
+    any: Ask<'a, Result<bool, Malformed>>,
+    count_hits: Count<'a>,
 }
 
 impl<'a> Form<'a> {

@@ -92,8 +92,8 @@ fn gone(
         let corners = t.map(&exact);
         let longest = longest_edge(corners);
         let reach = corners.iter().flatten().fold(0.0, |most: f64, c| most.max(c.abs()));
-        // Floats of that size are 2^-23 of it apart, or less.
-        let small = longest <= 64.0 * farthest.max(reach * f64::from(f32::EPSILON));
+        // Floats of that size are 2^-23 of it apart, or less. What no f32 holds is not stored at all.
+        let small = reach <= f64::from(f32::MAX) && longest <= 64.0 * farthest.max(reach * f64::from(f32::EPSILON));
         longest > 0.0 && small && (0..3).any(|k| length(sub(stored(t[k]), corners[k])) > 0.25 * longest)
     };
     let count = spread(triangles, most).filter(|t| is_gone(*t)).count();
@@ -309,13 +309,35 @@ mod tests {
     }
 
     #[test]
+    fn a_few_small_parts_count_and_slivers_do_not() {
+        // A plain of triangles as long as 100, and at its end `small` of so many others, a hundredth as high as they are long.
+        let of = |small: u32, long: f64| {
+            let corner = move |v: u32| {
+                let (triangle, k) = (v / 3, v % 3);
+                let (x, [dx, dy]) = match triangle < small {
+                    true => (f64::from(triangle) * long, [[0.0, 0.0], [long, 0.0], [0.0, long / 100.0]][k as usize]),
+                    false => (f64::from(triangle) * 100.0, [[0.0, 0.0], [100.0, 0.0], [0.0, 100.0]][k as usize]),
+                };
+                [5e5 + x + dx, 4.6e6 + dy, 0.0]
+            };
+            let triangles: Vec<[u32; 3]> = (0..100_000).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+            Loss::of(&triangles, Loss::SAMPLE, corner, |v| corner(v).map(|c| f64::from(c as f32)))
+        };
+        let lost = of(100, 0.05);
+        assert!(lost.share < Loss::MOST && !lost.is_tolerable(), "{lost:?}");
+        assert!((0.5e-3..=1e-3).contains(&lost.gone), "{lost:?}");
+        let slivers = of(100, 20.0);
+        assert!(slivers.gone == 0.0 && slivers.is_tolerable() && lost.is_more_than(&slivers), "{slivers:?}");
+    }
+
+    #[test]
     fn triangles_without_edges_and_beyond_the_range_do_not_count() {
         let positions = [[0.0; 3], [1e39, 0.0, 0.0], [f64::NAN, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let at = |v: u32| positions[v as usize];
         let lost = Loss::of(&[[0, 0, 3], [0, 1, 3], [0, 2, 3], [0, 3, 4]], usize::MAX, at, |v| {
             at(v).map(|c| f64::from(c as f32))
         });
-        assert_eq!(lost, Loss { farthest: 0.0, edge: 1.0, share: 0.0 });
+        assert_eq!(lost, Loss { edge: 1.0, ..Loss::default() });
         assert_eq!(Loss::of(&[[0, 0, 0]], usize::MAX, at, at), Loss::default());
     }
 }

@@ -69,10 +69,8 @@ mod tests {
     #[test]
     fn a_node_has_its_own_triangles_in_canonical_order() {
         let positions: Vec<[f32; 3]> = (0..82u16).map(|i| [f32::from(i), f32::from(i % 2), 0.0]).collect();
-        let built = crate::Build::of_triangles("strip", positions, (0..80).map(|i| [i, i + 1, i + 2]).collect())
-            .unwrap()
-            .run()
-            .unwrap();
+        let triangles: Vec<[u32; 3]> = (0..80).map(|i| [i, i + 1, i + 2]).collect();
+        let built = crate::Build::new(&positions, &triangles).unwrap().run().unwrap();
         let view = built.view();
         let (first, whole) = (u64::from(view.nodes[0].first), view.triangles.len());
         let counts: Vec<usize> = [first, first + 1]

@@ -187,12 +187,9 @@ mod tests {
 
     #[test]
     fn nodes_out_of_order_are_refused() {
-        let built = crate::Build::of_triangles(
-            "strip",
-            (0..22u16).map(|i| [f32::from(i), f32::from(i % 2), 0.0]).collect(),
-            (0..20).map(|i| [i, i + 1, i + 2]).collect(),
-        );
-        let built = built.unwrap().run().unwrap();
+        let positions: Vec<[f32; 3]> = (0..22u16).map(|i| [f32::from(i), f32::from(i % 2), 0.0]).collect();
+        let triangles: Vec<[u32; 3]> = (0..20).map(|i| [i, i + 1, i + 2]).collect();
+        let built = crate::Build::new(&positions, &triangles).unwrap().run().unwrap();
         let view = built.view();
         assert!(pack(&view).is_ok());
         let mut nodes = view.nodes.to_vec();

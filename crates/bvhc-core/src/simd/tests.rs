@@ -176,7 +176,7 @@ fn plain<const N: usize>([a, b]: [[f32; N]; 2]) -> (Vec<u32>, u32) {
 #[test]
 fn floats_have_the_same_bits_in_any_registers() {
     for [a, b, c, d] in vectors() {
-        let eight = [[a, b], [c, d]].map(|halves| bytemuck::cast::<[[f32; 4]; 2], [f32; 8]>(halves));
+        let eight = [[a, b], [c, d]].map(bytemuck::cast::<[[f32; 4]; 2], [f32; 8]>);
         let want = plain(eight);
         assert_eq!(Widest::run(Operations(eight)), want, "{eight:?}");
         assert_eq!(at_most(Level::BASE, || Widest::run(Operations(eight))), want, "{eight:?}");

@@ -100,7 +100,7 @@ impl EdgeRay {
         (left != 0) & (right != 0)
     }
 
-    /// A bit for each of four triangles that [`EdgeRay::surely_misses`] does not reject: the same arithmetic, with a triangle in each lane instead
+    /// A bit for each of four triangles that `surely_misses` does not reject: the same arithmetic, with a triangle in each lane instead
     /// of a corner.
     #[inline(always)]
     pub fn may_cross<const AXIS: usize>(&self, triangles: [&TriangleRecord; 4]) -> u32 {

@@ -6,6 +6,7 @@ use super::{Limits, check_rows};
 use crate::cache::container::{Container, is_known_codec};
 use crate::cache::decode::{Decoded, check_stored, unpack};
 use crate::cache::report::{Place, Report};
+#[cfg(feature = "zstd")]
 use crate::cache::rules;
 use crate::exec::Executor;
 use crate::layout::{BlasRecord, SectionEntry, SectionKind, section_flags};

@@ -35,7 +35,7 @@ impl<const N: usize> WideTrees<N> {
     /// As [`WideTrees::new`].
     #[cfg(any(test, feature = "testing"))]
     pub fn greedy(view: &View<'_>) -> Result<WideTrees<N>, Malformed> {
-        WideTrees::shaped(view, |tree| Greedy::new(tree))
+        WideTrees::shaped(view, Greedy::new)
     }
 
     fn shaped<'v, S: Shape>(
