@@ -3,7 +3,7 @@
 use bvhc::build::{BuildError, BuildOptions, Executor, Levels, Method, NoProgress, Preset, Progress};
 use bvhc::compile::{bytes_to_reserve, compile, lay_out, primitives_to_build};
 use bvhc::geom::{Aabb, Affine};
-use bvhc::scene::{Degenerate, GeometryError, Instance, Mesh, Part, Scene};
+use bvhc::scene::{Degenerate, GeometryError, Instance, Loss, Mesh, Part, Scene};
 use bvhc::tree::Accel;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -313,6 +313,26 @@ fn a_mesh_far_away_is_built_about_an_origin_of_its_own() {
         let flat = run(source.clone(), Levels::One).unwrap();
         assert!(flat.tlas.is_none() && flat.notes.is_empty());
     }
+}
+
+#[test]
+fn small_parts_of_a_coarse_mesh_keep_their_shape_far_away() {
+    // A plain of 20,000 triangles, and a row of 50 that are a thousandth as large: in the mean over all nothing is lost.
+    let corner = |i: u32, k: u32| {
+        let (size, x) = if i < 50 { (0.0625, 0.0625 * i as f32) } else { (64.0, 64.0 * (i - 50) as f32) };
+        [x + if k == 1 { size } else { 0.0 }, if k == 2 { size } else { 0.0 }, 0.0]
+    };
+    let positions = (0..20_050).flat_map(|i| (0..3).map(move |k| corner(i, k))).collect();
+    let mesh =
+        Mesh::new(String::from("plain"), positions, (0..20_050).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect())
+            .unwrap();
+    let source = scene(vec![mesh], vec![place(0, 1, Affine::translation(FAR))]);
+    let laid = |levels| lay_out(source.clone(), &options(levels), &Executor::sequential()).unwrap();
+    let kept = laid(Levels::Auto);
+    assert_eq!((kept.meshes[0].triangles.len(), kept.placing.collapsed), (20_050, 0));
+    assert!(kept.placing.loss.is_tolerable());
+    let flat = laid(Levels::One).placing;
+    assert!(flat.loss.share < Loss::MOST && !flat.loss.is_tolerable(), "{:?}", flat.loss);
 }
 
 #[test]

@@ -318,14 +318,14 @@ mod tests {
                     true => (f64::from(triangle) * long, [[0.0, 0.0], [long, 0.0], [0.0, long / 100.0]][k as usize]),
                     false => (f64::from(triangle) * 100.0, [[0.0, 0.0], [100.0, 0.0], [0.0, 100.0]][k as usize]),
                 };
-                [5e5 + x + dx, 4.6e6 + dy, 0.0]
+                [4.6e6 + x + dx, 5e5 + dy, 0.0]
             };
             let triangles: Vec<[u32; 3]> = (0..100_000).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
             Loss::of(&triangles, Loss::SAMPLE, corner, |v| corner(v).map(|c| f64::from(c as f32)))
         };
         let lost = of(100, 0.05);
         assert!(lost.share < Loss::MOST && !lost.is_tolerable(), "{lost:?}");
-        assert!((0.5e-3..=1e-3).contains(&lost.gone), "{lost:?}");
+        assert!((0.8e-3..=1e-3).contains(&lost.gone), "{lost:?}");
         let slivers = of(100, 20.0);
         assert!(slivers.gone == 0.0 && slivers.is_tolerable() && lost.is_more_than(&slivers), "{slivers:?}");
     }

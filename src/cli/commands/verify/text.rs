@@ -141,21 +141,24 @@ pub fn placing(placed: &Placed) -> String {
     let triangles = figures::counted(placed.triangles, "triangle", "triangles");
     let rounded = |what: &str, loss: &Loss| {
         let (share, most) = (100.0 * loss.share, 100.0 * Loss::MOST);
-        let verdict =
-            if loss.is_tolerable() { String::new() } else { format!("; wrong: more than {most:.1}% moves hits") };
-        format!(
-            "{what} by up to {:.3e}, {share:.2}% of a triangle's shortest edge on average{verdict}\n",
-            loss.farthest
-        )
+        let share = if share < 0.01 { "less than 0.01".to_owned() } else { format!("{share:.2}") };
+        let verdict = match loss.is_tolerable() {
+            true => String::new(),
+            false if loss.share <= Loss::MOST => {
+                format!("; wrong: nothing is left of {:.2}% of the triangles", 100.0 * loss.gone)
+            }
+            false => format!("; wrong: more than {most:.1}% moves hits"),
+        };
+        format!("{what} by up to {:.3e}, {share}% of a triangle's shortest edge on average{verdict}\n", loss.farthest)
     };
     let held = format!("{triangles} held against the model in f64");
     let mut text = match (loss.farthest, read.farthest) {
         (0.0, 0.0) => format!("{held}: no corner is moved by rounding to f32\n"),
-        (0.0, _) => format!("{held}: they are as they were read\n"),
+        (0.0, _) => rounded(&format!("{held}: reading it as f32 moves corners"), read),
         _ => rounded(&format!("{held}: rounding moves corners"), loss),
     };
-    if read.farthest > 0.0 {
-        text.push_str(&rounded("reading its numbers as f32 moved the corners", read));
+    if loss.farthest > 0.0 && read.farthest > 0.0 {
+        text.push_str(&rounded("reading the model as f32 moved them before", read));
     }
     if *astray > 0 {
         let some = figures::counted(*astray, "triangle is", "triangles are");
