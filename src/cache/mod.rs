@@ -24,5 +24,9 @@ pub(crate) use image::{instance_record, triangle_record};
 pub use intact::{intact, sound_sequence};
 pub use provenance::provenance;
 pub use sealed::{Codec, WriteSummary};
+// It asks no rule of what it is given, so that only the sequence builder and tests have it.
+#[cfg(not(feature = "testing"))]
+pub(crate) use sequence_writer::{Parts, SequenceWriter};
+#[cfg(feature = "testing")]
 pub use sequence_writer::{Parts, SequenceWriter};
 pub use writer::{WriteOptions, to_bytes, write_file, write_to};

@@ -31,7 +31,7 @@ pub fn render(target: &Path, inputs: &[PathBuf], phony: bool) -> Result<Vec<u8>,
     Ok(out)
 }
 
-/// Refuse to write over a file that is no depfile: one whose first line is not `target: inputs`.
+/// Refuse to write over a file that is no depfile as [`render`] makes it.
 pub fn may_replace(path: &Path) -> Result<(), Failure> {
     let Ok(metadata) = path.metadata() else { return Ok(()) };
     let mut start = Vec::new();
@@ -40,14 +40,20 @@ pub fn may_replace(path: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::new(Exit::Usage, format!("cannot replace {}", names::path(path)))
-        .fact("it is not a depfile, and only those are written over")
+        .fact("it is not a depfile of bvhc, and only those are written over")
         .help("name another with --depfile, or write over it with --force"))
 }
 
+/// One rule whose inputs stand in lines of their own, two spaces before each, and rules without inputs. A Makefile has recipes, or inputs beside the target.
 fn is_rule(text: &[u8]) -> bool {
-    let line = text.split(|b| *b == b'\n').next().unwrap_or_default().trim_ascii_end();
-    let ends_target = line.ends_with(b":") || line.windows(2).any(|w| w == b": ");
-    ends_target && !line.starts_with(b"#") && !line.starts_with(b"{") && !line.contains(&0)
+    let mut lines = text.split(|b| *b == b'\n').map(|line| line.strip_suffix(b"\r").unwrap_or(line));
+    let first = lines.next().unwrap_or_default();
+    let is_target = |line: &[u8]| line.ends_with(b":") && !line.starts_with(b"#") && !line.contains(&0);
+    let begins = is_target(first.strip_suffix(b" \\").unwrap_or(first));
+    // The last line may be cut where reading ended.
+    let rest: Vec<&[u8]> = lines.collect();
+    let whole = rest.split_last().map_or(&rest[..], |(_, whole)| whole);
+    begins && whole.iter().all(|line| line.is_empty() || line.starts_with(b"  ") || is_target(line))
 }
 
 /// Escape one name: a backslash before a space or `#`, with the backslashes that precede it doubled; `$` as `$$`; a backslash
@@ -119,9 +125,17 @@ mod tests {
             std::fs::write(&path, text).unwrap();
             may_replace(&path).is_ok()
         };
-        assert!(said(b"") && said(&render(Path::new("a b"), &["c".into()], true).unwrap()) && said(b"a.o: a.c b.h\n"));
+        assert!(said(b"") && said(&render(Path::new("a b"), &["c".into()], true).unwrap()));
         assert!(said(&render(Path::new("a"), &[], false).unwrap()) && may_replace(&folder.path().join("none")).is_ok());
-        for model in ["v 0 0 0\n", "# made by: hand\nv 0 0 0\n", "{\"asset\": {}}", "glTF\0: "] {
+        for model in [
+            "v 0 0 0\n",
+            "# made by: hand\nv 0 0 0\n",
+            "{\"asset\": {}}",
+            "glTF\0: ",
+            "a.o: a.c b.h\n",
+            "all:\n\tcc a.c\n",
+            "all: \\\n  a.o\n\tcc a.c\n",
+        ] {
             assert!(!said(model.as_bytes()), "{model}");
         }
     }

@@ -9,35 +9,37 @@ use crate::report::picture::Canvas;
 use std::io::Read;
 use std::path::Path;
 
-/// Refuse to write over a file that is neither empty nor a report or chart of before: it may be somebody's only copy of a model.
+/// What a chart begins with.
+const CHART: &str = "<!-- bvhc -->\n";
+/// By these the program knows what it wrote: each stands in the first bytes of a chart, a report, a page, a picture, a manual page.
+const MARKS: [&str; 5] = [
+    CHART,
+    "<testsuites name=\"bvhc verify\"",
+    "<meta name=\"generator\" content=\"bvhc\">",
+    "Software\0bvhc",
+    ".TH BVHC",
+];
+const FIRST: usize = 512;
+
+/// Refuse to write over a file that is neither empty nor made by this program: it may be somebody's only copy.
 pub fn may_replace(path: &Path) -> Result<(), Failure> {
-    replaces(path, b"<", "it is no XML, and only reports and charts are written over")
-}
-
-/// The same for a file that shall become a PNG.
-pub fn may_replace_picture(path: &Path) -> Result<(), Failure> {
-    replaces(path, b"\x89PNG", "it is no PNG, and only pictures are written over")
-}
-
-/// Refuse a file with something in it that does not start like this.
-fn replaces(path: &Path, start: &[u8], rule: &str) -> Result<(), Failure> {
-    let starts_so = || -> std::io::Result<bool> {
-        let mut found = Vec::new();
-        std::fs::File::open(path)?.take(start.len() as u64).read_to_end(&mut found)?;
-        Ok(found == start)
+    let is_ours = || -> std::io::Result<bool> {
+        let mut first = Vec::new();
+        std::fs::File::open(path)?.take(FIRST as u64).read_to_end(&mut first)?;
+        Ok(MARKS.iter().any(|mark| first.windows(mark.len()).any(|some| some == mark.as_bytes())))
     };
-    if !path.metadata().is_ok_and(|m| m.is_file() && m.len() > 0) || starts_so().unwrap_or(false) {
+    if !path.metadata().is_ok_and(|m| m.is_file() && m.len() > 0) || is_ours().unwrap_or(false) {
         return Ok(());
     }
     Err(Failure::new(Exit::Usage, format!("cannot replace {}", names::path(path)))
-        .fact(rule)
+        .fact("bvhc did not make it, and writes over nothing else")
         .help("name another file, or remove this one"))
 }
 
 /// Write a chart as SVG.
 pub fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
     let svg = chart.svg().map_err(|e| Failure::from_message(Exit::Internal, &e.to_string()))?;
-    std::fs::write(path, svg).map_err(|e| {
+    std::fs::write(path, CHART.to_owned() + &svg).map_err(|e| {
         Failure::new(Exit::Io, format!("cannot write the chart {}", names::path(path))).fact(e.to_string())
     })
 }

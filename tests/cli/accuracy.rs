@@ -41,7 +41,10 @@ fn the_chart_goes_where_svg_says() {
     let place = pillar();
     place.ok("verify pillar.bvhc --accuracy --rays 1k --svg chart.svg");
     let svg = String::from_utf8(place.read("chart.svg")).unwrap();
-    assert!(svg.starts_with("<svg") && svg.contains("pillar.bvhc") && svg.contains("watertight f32"), "{svg}");
+    assert!(
+        svg.starts_with("<!-- bvhc -->\n<svg") && svg.contains("pillar.bvhc") && svg.contains("watertight f32"),
+        "{svg}"
+    );
     let said = place.run("verify pillar.bvhc --accuracy --rays 1k --svg nowhere/chart.svg");
     assert!(said.code == 3 && said.err.contains("nowhere/chart.svg"), "{} {}", said.code, said.err);
 }

@@ -353,6 +353,12 @@ fn no_command_writes_over_a_model() {
     place.write("a.obj", strip(3));
     place.write("b.obj", strip(4));
     place.write("B.GLB", "glTF");
+    place.write("Makefile", "all: a.o\n\tcc a.c\n");
+    place.write("pom.xml", "<?xml version=\"1.0\"?>\n<project></project>\n");
+    place.write("logo.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"/>\n");
+    place.write("index.html", "<!doctype html>\n<title>mine</title>\n");
+    place.write("photo.png", "\u{89}PNG");
+    place.write("bvhc.1", ".TH OTHER 1\n");
     place.ok("build a.obj -o a.bvhc");
     for (command, file) in [
         ("build a.obj -o b.obj", "b.obj"),
@@ -363,14 +369,25 @@ fn no_command_writes_over_a_model() {
         ("convert a.bvhc -o b.obj", "b.obj"),
         ("verify a.bvhc --device cpu --rays 100 --junit b.obj", "b.obj"),
         ("verify a.bvhc --accuracy --svg b.obj", "b.obj"),
+        ("build b.obj -o c.bvhc --depfile Makefile", "Makefile"),
+        ("verify a.bvhc --device cpu --rays 100 --junit pom.xml", "pom.xml"),
+        ("verify a.bvhc --accuracy --svg logo.svg", "logo.svg"),
+        ("view a.bvhc -o photo.png", "photo.png"),
+        ("view a.bvhc --html index.html", "index.html"),
+        ("man -o .", "bvhc.1"),
     ] {
         spares(&place, command, file);
     }
     let itself = place.run("build a.obj -o a.obj");
     assert!(itself.code == 2 && place.read("a.obj") == strip(3).as_bytes(), "{}", itself.err);
-    // A report of before is written over.
+    // What a command made before is written over.
     for _ in 0..2 {
         place.ok("verify a.bvhc --device cpu --rays 100 --junit a.xml");
+        place.ok("verify a.bvhc --accuracy --rays 100 --svg a.svg");
+        place.ok("view a.bvhc -o a.png --size 16x16");
+        place.ok("view a.bvhc --html a.html");
+        place.ok("build a.obj -o d.bvhc --depfile d.d");
+        place.ok("man -o pages");
     }
     assert!(place.read("a.xml").starts_with(b"<?xml"));
 }

@@ -264,7 +264,7 @@ fn what_rays_cost_in_each_frame_is_told_beside_trees_that_are_built_for_it() {
 
     let told = place.ok("stats wave.bvhc --frames --against-fresh --svg wave.svg").out;
     assert!(told.contains("against fresh") && told.trim_end().ends_with(" at most"), "{told}");
-    assert!(place.read("wave.svg").starts_with(b"<svg"));
+    assert!(place.read("wave.svg").starts_with(b"<!-- bvhc -->\n<svg"));
     let csv = place.ok("stats wave.bvhc --frames --csv --against-fresh").out;
     assert!(csv.starts_with("file,frame,") && csv.contains(",ray_cost,fresh_ray_cost,ray_ratio,bytes"), "{csv}");
     for (args, told) in [

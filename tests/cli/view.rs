@@ -164,7 +164,7 @@ fn what_cannot_be_shown_is_refused_and_nothing_is_overwritten() {
         ("view binned.bvhc", "with -o PICTURE.png"),
         ("view binned.bvhc roof.bvhc -o x.png", "--compare A B"),
         ("view --compare binned.bvhc -o x.png", "--compare takes two files"),
-        ("view binned.bvhc -o hall.obj", "is no PNG"),
+        ("view binned.bvhc -o hall.obj", "writes over nothing else"),
         ("view binned.bvhc --root 1 -o x.png", "second of each tree is unused"),
         ("view binned.bvhc --tree --root 99999999", "bvhc view FILE --tree"),
         ("view binned.bvhc -o x.png --camera nowhere", "seven numbers"),

@@ -1,4 +1,4 @@
-//! The reader stops at the first broken rule, the checker collects them all: the two are written apart and must agree.
+//! The reader stops at the first broken rule, the checker collects them all: both go one walk, and must come to the same.
 
 use bvhc::cache::check::{Finding, Level, Limits, Report, check_bytes};
 use bvhc::cache::{

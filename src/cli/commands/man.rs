@@ -1,6 +1,7 @@
 //! `bvhc man`: the manual pages, made from the same definitions as `--help`.
 
 use crate::cli::Context;
+use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
@@ -22,6 +23,7 @@ pub fn run(args: &ManArgs, context: &Context) -> Result<Exit, Failure> {
     std::fs::create_dir_all(&args.out).map_err(|e| failed(&args.out, &e))?;
     for (name, page) in pages().map_err(|e| failed(&args.out, &e))? {
         let path = args.out.join(name);
+        drawing::may_replace(&path)?;
         std::fs::write(&path, page).map_err(|e| failed(&path, &e))?;
         context.terminal.result(&names::path(&path))?;
     }

@@ -113,6 +113,7 @@ impl Canvas {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_compression(png::Compression::Balanced);
+        encoder.add_text_chunk("Software".into(), "bvhc".into())?;
         encoder.write_header()?.write_image_data(self.pixels.as_flattened())?;
         Ok(bytes)
     }

@@ -48,7 +48,7 @@ pub fn run(args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
             .fact("a picture goes to a file or to the terminal")
             .help("name a file with -o PICTURE.png, or take --html PAGE.html, --terminal or --tree"));
     }
-    args.output.as_deref().map_or(Ok(()), drawing::may_replace_picture)?;
+    args.output.as_deref().map_or(Ok(()), drawing::may_replace)?;
     match &args.files[..] {
         [first, second] => with_view(first, args, context, &mut |first| {
             with_view(second, args, context, &mut |second| picture(&[first, second], args, context))
