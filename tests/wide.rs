@@ -205,15 +205,19 @@ fn samples_cost_less_collapsed_by_plan_than_by_pulling_up() {
 }
 
 #[test]
-#[ignore = "long: a million rays in each of the real scenes, and brute force for some"]
-fn long_a_million_rays_of_each_real_scene_answer_alike() {
+#[ignore = "long: ten million rays in the real scenes, by each form"]
+fn long_ten_million_rays_of_the_real_scenes_answer_alike() {
     let Some(files) = real_scenes() else { return };
+    let exec = Executor::new(0).unwrap();
+    let each = 10_000_000usize.div_ceil(files.len());
     for (number, (name, file)) in files.iter().enumerate() {
         let scene = visible(read(file, &ReadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}")));
         let levels = if scene.instances.len() > 1 { Levels::Two } else { Levels::One };
-        let image = build(&scene, &recipe([Method::Sbvh, Method::Bonsai][number % 2], levels));
-        let rays = Sampler::new(&scene).mixed(1_000_000, number as u64);
-        assert_all(name, &image.view(), &rays);
+        let options =
+            BuildOptions { method: [Method::Sbvh, Method::Bonsai][number % 2], levels, ..BuildOptions::default() };
+        let image = Image::new(&compile(scene.clone(), &options, &exec, &NoProgress).expect("a tree"), &exec).unwrap();
+        let rays = Sampler::new(&scene).mixed(each as u64, number as u64);
+        exec.map_chunks(&rays, each.div_ceil(4), |_, some| assert_all(name, &image.view(), some));
         println!("{name}: {} rays alike in wide trees of 4 and of 8 lanes", rays.len());
     }
 }
