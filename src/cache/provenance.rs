@@ -28,6 +28,7 @@ pub fn provenance(recipe: Recipe, inputs: &[InputFile], report: &ReadReport) -> 
         ("unknown_channels", report.unknown_channels),
         ("unposed_skins", report.unposed_skins),
         ("uninstanced_skins", report.uninstanced_skins),
+        ("mirrored_skins", report.mirrored_skins),
         ("unweighted_vertices", report.unweighted_vertices),
         ("unapplied_morph_weights", report.unapplied_morph_weights),
         ("absent_materials", report.absent_materials),

@@ -5,18 +5,13 @@ use super::failure::Failure;
 use super::figures;
 use super::names;
 use super::{Context, advice};
-use crate::build::{BuildError, BuildOptions, Levels, Named, Remedy};
+use crate::build::{BuildError, BuildOptions, Remedy};
 use crate::cache::check;
 use crate::cache::tree_flags;
-use crate::cache::{
-    Cache, CacheError, ErrorKind, Frame, Head, Limited, MAGIC, Meta, OpenOptions, Sequence, Validation, rules,
-};
+use crate::cache::{Cache, CacheError, ErrorKind, Frame, Head, Limited, OpenOptions, Sequence, Validation, rules};
 use crate::compile;
-use crate::scene::{self, ReadOptions, Scene, SceneError};
+use crate::scene::{self, Scene, SceneError};
 use crate::size::beyond;
-use clap::Args;
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Open a file for walking its trees: the bytes are those that were written.
@@ -137,83 +132,6 @@ pub fn failure(error: &CacheError) -> Failure {
     }
 }
 
-/// Refuse to write over what is most likely somebody's only copy: a file with something in it that is no cache.
-pub fn may_replace(path: &Path) -> Result<(), Failure> {
-    let is_cache = |start: &[u8]| start.is_empty() || start.starts_with(&MAGIC);
-    let start = |path: &Path| -> std::io::Result<Vec<u8>> {
-        let mut start = Vec::new();
-        File::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut start)?;
-        Ok(start)
-    };
-    // Devices are written to, not replaced.
-    if !path.metadata().is_ok_and(|m| m.is_file() && m.len() > 0) {
-        return Ok(());
-    }
-    let action = format!("cannot replace {}", names::path(path));
-    match start(path) {
-        Ok(start) if is_cache(&start) => Ok(()),
-        Ok(_) => Err(Failure::new(Exit::Usage, action)
-            .fact("it is not a .bvhc file, and only those are written over")
-            .help("name another output with -o, or write over it with --force")),
-        Err(error) => Err(Failure::new(Exit::Io, action)
-            .fact(format!("whether it is a .bvhc file cannot be seen: {error}"))
-            .help("name another output with -o, or write over it with --force")),
-    }
-}
-
-/// Refuse a pipe as an output: a reader would wait for it for ever, and a file that is renamed into its place ends it.
-pub fn is_no_pipe(path: &Path) -> Result<(), Failure> {
-    #[cfg(unix)]
-    let is_pipe = {
-        use std::os::unix::fs::FileTypeExt;
-        path.metadata().is_ok_and(|m| m.file_type().is_fifo() || m.file_type().is_socket())
-    };
-    #[cfg(not(unix))]
-    let is_pipe = false;
-    if !is_pipe {
-        return Ok(());
-    }
-    Err(Failure::new(Exit::Io, format!("cannot write {}", names::path(path)))
-        .fact("it is a pipe, and a cache file is written beside its place and then renamed")
-        .help("name a file with -o"))
-}
-
-/// What a command that compares files with `--source` may change of how the files say that it is read.
-#[derive(Clone, Debug, Args)]
-pub struct SourceReading {
-    /// Let the model name buffers outside its own folder
-    #[arg(long, requires = "source")]
-    allow_outside: bool,
-    /// Read the model as if this glTF extension were not in it; may be given again
-    #[arg(long = "ignore-extension", value_name = "NAME", value_parser = extension_name, requires = "source")]
-    ignore_extensions: Vec<String>,
-}
-
-/// The options in META that decide what of a model a file holds; defaults where it does not say.
-pub fn recorded(meta: Option<&Meta>) -> (ReadOptions, BuildOptions) {
-    let options = meta.map(|meta| &meta.options[..]).unwrap_or_default();
-    let levels = options.iter().find(|(name, _)| name == "levels").and_then(|(_, value)| Levels::parse(value).ok());
-    let build = BuildOptions { levels: levels.unwrap_or(Levels::Auto), ..BuildOptions::default() };
-    (ReadOptions::recorded(options), build)
-}
-
-/// How a file's model is to be read, and laid out, to compare the two: as the file says, and as the flags of this run add.
-pub fn recorded_with(meta: Option<&Meta>, reading: &SourceReading, context: &Context) -> (ReadOptions, BuildOptions) {
-    let (mut read, build) = recorded(meta);
-    read.ignore_extensions.extend_from_slice(&reading.ignore_extensions);
-    let allow_outside = reading.allow_outside;
-    (ReadOptions { allow_outside, max_memory: context.global.max_memory, ..read }, build)
-}
-
-/// A name for `--ignore-extension`.
-pub fn extension_name(text: &str) -> Result<String, String> {
-    let may_stand = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-    if text.is_empty() || !text.chars().all(may_stand) {
-        return Err("a glTF extension has a name such as KHR_node_visibility".to_string());
-    }
-    Ok(text.to_owned())
-}
-
 /// For a file that is no cache, or not there.
 pub const MAKE_ONE: &str = "cache files are made from models with: bvhc build MODEL -o FILE.bvhc";
 
@@ -281,18 +199,6 @@ pub fn build_failure(error: &BuildError) -> Failure {
         BuildError::Threads(_) => failure.help("ask for fewer with --jobs"),
         _ => failure,
     }
-}
-
-/// Say of a model that a file is compared with what its grid cost.
-pub fn tell_grid(model: &Path, scene: &Scene, context: &Context) {
-    let Some(loss) = scene.rounding.grid else { return };
-    let share = 100.0 * loss.share;
-    context.terminal.note(&format!(
-        "{} is compared on the grid that the file was built on: it moves corners by up to {:.3e}, on average {share:.2}% of a triangle's \
-         shortest edge",
-        names::path(model),
-        loss.farthest
-    ));
 }
 
 #[cfg(test)]

@@ -8,7 +8,9 @@
 //! | `failure` | errors as the user reads them, text and JSON |
 //! | `terminal` | the two streams, colour, quiet and verbose |
 //! | `names`, `figures` | foreign names and numbers as text |
+//! | `reading`, `source` | flags that say how a model is read, to build it or to compare a file with it |
 //! | `progress`, `interrupt` | the bar, and what a signal does |
+//! | `outputs` | where cache files may be written |
 //! | `depfile` | dependencies for Ninja and Make |
 //! | `drawing` | charts and pictures as files |
 //!
@@ -25,7 +27,10 @@ mod failure;
 mod figures;
 mod interrupt;
 mod names;
+mod outputs;
 mod progress;
+mod reading;
+mod source;
 mod table;
 mod terminal;
 

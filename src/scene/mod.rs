@@ -202,6 +202,8 @@ pub struct ReadReport {
     pub unposed_skins: u64,
     /// Nodes with a skin and `EXT_mesh_gpu_instancing`, which says nothing on skins: their meshes stand once, where the joints put them.
     pub uninstanced_skins: u64,
+    /// Nodes whose skin's joints all mirror: corners of their triangles wind the other way round, and glTF does not say which side is then the front.
+    pub mirrored_skins: u64,
     /// Vertices of skinned meshes whose weights are all zero: they follow their first joint.
     pub unweighted_vertices: u64,
     /// Morph weights other than 0 that find no target.
@@ -241,6 +243,7 @@ impl ReadReport {
             (&mut self.unknown_channels, frame.unknown_channels),
             (&mut self.unposed_skins, frame.unposed_skins),
             (&mut self.uninstanced_skins, frame.uninstanced_skins),
+            (&mut self.mirrored_skins, frame.mirrored_skins),
             (&mut self.unweighted_vertices, frame.unweighted_vertices),
             (&mut self.unapplied_morph_weights, frame.unapplied_morph_weights),
             (&mut self.absent_materials, frame.absent_materials),

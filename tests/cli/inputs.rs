@@ -72,10 +72,15 @@ fn what_cannot_succeed_says_how_it_could() {
     let place = Place::new();
     place.write("a.obj", strip(3));
     place.write("nothing.obj", "");
+    place.ok("build a.obj -o good.bvhc");
     for (args, code, fix) in [
         ("build a.obj -o no/where/a.bvhc", 3, "mkdir -p no/where"),
         ("build a.obj -o a.obj/a.bvhc", 3, "a.obj is not a folder"),
         ("build . -o a.bvhc", 3, "name the models in it"),
+        ("build a.obj -o -", 2, "./-"),
+        ("convert good.bvhc -o -", 2, "./-"),
+        ("convert good.bvhc -o no/where/a.bvhc", 3, "mkdir -p no/where"),
+        ("convert good.bvhc -o a.obj/a.bvhc", 3, "a.obj is not a folder"),
         ("build b.obj -o a.bvhc", 3, "paths start from"),
         ("build b.obj -o a.bvhc --dry-run", 3, "paths start from"),
         ("build a.obj -o a.bvhc --jobs 100000", 2, "0 to 1024"),

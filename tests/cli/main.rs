@@ -22,6 +22,7 @@ mod outputs;
 mod precision;
 mod sequences;
 mod snapshots;
+mod source;
 mod streams;
 mod surfaces;
 mod verify;

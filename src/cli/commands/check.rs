@@ -2,13 +2,14 @@
 
 use crate::build::BuildOptions;
 use crate::cache::check::{Finding, Level, Limits, Report, Source, check_bytes};
-use crate::cache::{FileBytes, Head, rules};
+use crate::cache::{FileBytes, Head, rules, tree_flags};
 use crate::cli::Context;
-use crate::cli::caches::{self, SourceReading};
+use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
+use crate::cli::source::{self, SourceReading, Stated};
 use crate::cli::terminal::Paint;
 use crate::compile;
 use crate::scene;
@@ -80,6 +81,7 @@ struct Verdict {
 }
 
 pub fn run(args: &CheckArgs, context: &Context) -> Result<Exit, Failure> {
+    args.reading.suits(args.source.as_ref())?;
     let level = level(args)?;
     let (mut verdicts, mut exits) = (Vec::new(), Vec::new());
     for path in &args.files {
@@ -129,17 +131,26 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
         return Ok(check_bytes(bytes.as_slice(), level, None, &limits, &context.exec));
     };
 
-    // Read the model as the file says that it was read, and lay it out as it was built.
-    let meta = Head::read(path, &caches::options(context)).ok().and_then(|head| head.meta);
-    let (read, build) = caches::recorded_with(meta.as_ref(), &args.reading, context);
-    let scene = scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
-    caches::tell_grid(model, &scene, context);
-    // Laying out makes no duplicates.
-    caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
-    let inputs = scene.inputs.clone();
-    let laid = compile::lay_out(scene, &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
-    let source = Source { meshes: &laid.meshes, instances: laid.instances.as_deref(), inputs: &inputs };
-    Ok(check_bytes(bytes.as_slice(), level, Some(&source), &limits, &context.exec))
+    let head = Head::read(path, &caches::options(context)).ok();
+    let two_levels = head.as_ref().is_some_and(|head| head.header.has(tree_flags::TWO_LEVEL));
+    let stated = Stated { meta: head.as_ref().and_then(|head| head.meta.as_ref()), two_levels };
+    let mut first = None;
+    for (read, build) in args.reading.ways(path, stated, context)? {
+        let scene =
+            scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
+        source::tell_grid(model, &scene, context);
+        // Laying out makes no duplicates.
+        caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
+        let inputs = scene.inputs.clone();
+        let laid = compile::lay_out(scene, &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
+        let source = Source { meshes: &laid.meshes, instances: laid.instances.as_deref(), inputs: &inputs };
+        let report = check_bytes(bytes.as_slice(), level, Some(&source), &limits, &context.exec);
+        if report.is_valid() {
+            return Ok(report);
+        }
+        first.get_or_insert(report);
+    }
+    first.ok_or_else(|| Failure::new(Exit::Internal, "no way to read the model was tried"))
 }
 
 fn judge(path: &Path, report: Report, args: &CheckArgs) -> (Verdict, Exit) {

@@ -10,6 +10,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt;
 use crate::cli::names;
+use crate::cli::outputs;
 use crate::report::info::hex;
 use crate::scene::{Moment, ReadOptions, Seconds};
 use crate::size::bytes;
@@ -64,9 +65,10 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
             .fact(format!("{} and {} are one file", names::path(&args.input), names::path(&args.output)))
             .help("name another output with -o"));
     }
-    caches::is_no_pipe(&args.output)?;
+    outputs::is_no_pipe(&args.output)?;
+    outputs::writable(&args.output)?;
     if !args.force {
-        caches::may_replace(&args.output)?;
+        outputs::may_replace(&args.output)?;
     }
     let write = WriteOptions { codec: args.codec, ..WriteOptions::default() };
     let options = ConvertOptions { write, strip_unknown: args.strip_unknown, drop_meta: args.drop_meta };

@@ -97,6 +97,8 @@ impl<'m> Stage<'m> {
         let is_partly_rigid = held < posable.surfaces;
         report.unposed_skins += u64::from(is_partly_rigid);
         if held > 0 {
+            let joints = self.joints.get(&skin).map_or(&[][..], Vec::as_slice);
+            report.mirrored_skins += u64::from(joints.iter().all(Affine::mirrors));
             pose.skin = Some(skin);
             pose.node = is_partly_rigid.then_some(shown.node);
         }

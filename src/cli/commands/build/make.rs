@@ -14,6 +14,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt;
 use crate::cli::names;
+use crate::cli::outputs;
 use crate::cli::progress::Bar;
 use crate::compile::{self, LaidOut};
 use crate::exec::Executor;
@@ -115,7 +116,7 @@ impl Workshop<'_> {
         let meta = Meta { notes, ..cache::provenance(self.recipe.clone(), &inputs, &arrival.read) };
         let publishing = interrupt::publish()?;
         if !self.args.force {
-            caches::may_replace(&job.output)?;
+            outputs::may_replace(&job.output)?;
         }
         let options = WriteOptions::of_build(self.codec);
         let written = cache::write_file(&job.output, &image, &meta, &options, &self.context.exec)

@@ -20,6 +20,7 @@ use crate::cli::depfile;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
+use crate::cli::outputs;
 use crate::cli::terminal::Terminal;
 use crate::report::info::hex;
 use crate::scene::ReadOptions;
@@ -187,7 +188,7 @@ fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
 fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> {
     let (args, context) = (workshop.args, workshop.context);
     inputs::readable(job)?;
-    caches::is_no_pipe(&job.output)?;
+    outputs::is_no_pipe(&job.output)?;
     args.read.suit(&job.input, job.bytes.as_deref())?;
     if let Some(path) = args.depfile.path.as_ref().filter(|_| !args.force) {
         depfile::may_replace(path)?;
@@ -215,14 +216,14 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
         Verdict::Stale(reason) => reason,
     };
     if !args.force {
-        caches::may_replace(&job.output)?;
+        outputs::may_replace(&job.output)?;
     }
     if args.dry_run {
         let from = job.frame.map_or_else(String::new, |_| format!(" from {}", names::path(&job.input)));
         let line = format!("{name}  would build{from}: {reason}");
         // A folder that -o names is made by the build.
         if job.output.parent().is_none_or(Path::exists) || job.output == args.output {
-            plan::writable(job)?;
+            outputs::writable(&job.output)?;
         }
         let model = match &job.frames {
             Some(frames) => workshop.rehearse_sequence(job, frames).map(|()| None)?,
@@ -238,7 +239,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
     if let Some(folder) = job.output.parent().filter(|_| job.output != args.output) {
         std::fs::create_dir_all(folder).map_err(|e| io_failure("create", folder, &e))?;
     }
-    plan::writable(job)?;
+    outputs::writable(&job.output)?;
     let made = match &job.frames {
         Some(frames) => workshop.make_sequence(job, frames)?,
         None => workshop.make(job)?,

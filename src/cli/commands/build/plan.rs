@@ -62,7 +62,7 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
         args.output.as_os_str().as_encoded_bytes().last().is_some_and(|b| *b == b'/' || *b == b'\\' && cfg!(windows));
     let into_folder = ends_in_separator || args.output.is_dir();
     let pattern = pattern_of_output(args, &inputs, into_folder)?;
-    let plays = args.frames.of_clip(args.read.clip.as_ref());
+    let plays = args.frames.of_clip(args.read.model.clip.as_ref());
     if plays.is_some() && inputs.iter().any(|i| i.frame.is_some()) {
         return Err(refuse(
             "--fps and --play are about clips of glTF models, and an input is a pattern of files".into(),
@@ -186,7 +186,7 @@ fn refuse_own_inputs(args: &BuildArgs, frames: &[Input], jobs: Vec<Job>) -> Resu
 fn suits(args: &BuildArgs, job: &Job) -> Result<(), Failure> {
     let refuse =
         |fact: String| Failure::new(Exit::Usage, format!("cannot build {}", names::path(&job.output))).fact(fact);
-    match (&job.frames, args.frames.of_sequences(), args.read.degenerate) {
+    match (&job.frames, args.frames.of_sequences(), args.read.model.degenerate) {
         (None, Some(flag), _) => {
             Err(refuse(format!("{flag} is about the trees of a sequence, and this becomes a still file"))
                 .help(format!("leave out {flag}")))
@@ -195,26 +195,6 @@ fn suits(args: &BuildArgs, job: &Job) -> Result<(), Failure> {
             "--degenerate drop is about still files: a triangle without area may have one in another frame".into(),
         )
         .help("leave it out: rays do not hit such triangles anyway")),
-        _ => Ok(()),
-    }
-}
-
-/// Say before a long build what its end would say: that there is no place for the file.
-pub fn writable(job: &Job) -> Result<(), Failure> {
-    let refuse = |fact: String| Failure::new(Exit::Io, format!("cannot write {}", names::path(&job.output))).fact(fact);
-    if job.output.is_dir() {
-        return Err(refuse("it is a folder".into()).help("name a file with -o"));
-    }
-    match job.output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            if folder.exists() {
-                return Err(
-                    refuse(format!("{} is not a folder", names::path(folder))).help("name another output with -o")
-                );
-            }
-            let folder = names::path(folder);
-            Err(refuse(format!("there is no folder {folder}")).help(format!("mkdir -p {folder}")))
-        }
         _ => Ok(()),
     }
 }

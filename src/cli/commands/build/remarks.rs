@@ -62,6 +62,11 @@ impl Remarks<'_> {
             (report.unposed_skins, "node", " with a skin but without joints or weights: placed without the skin"),
             (report.unknown_channels, "channel", " of the animation with an unknown path: not followed"),
             (report.uninstanced_skins, "skinned node", " with instances: placed once, by the joints"),
+            (
+                report.mirrored_skins,
+                "skinned node",
+                " mirrored by all joints: its triangles show their backs, as their corners are",
+            ),
             (report.unweighted_vertices, "vertex without joint weights", ": placed by the first joint"),
             (report.absent_materials, "primitive", " with a material that is not there: left without one"),
         ];

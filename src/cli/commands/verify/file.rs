@@ -12,6 +12,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::cli::progress::Bar;
+use crate::cli::source::{self, Stated};
 use crate::compile::{self, LaidOut};
 use crate::geom::Affine;
 use crate::scene::{self, Instance, Scene};
@@ -184,23 +185,39 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
         })?;
         return Ok(Held { scene, placed: None });
     };
-    let (read, build) = caches::recorded_with(cache.meta(), &args.reading, context);
-    let scene = scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
-    caches::tell_grid(model, &scene, context);
-    // Laying out makes no duplicates.
-    caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
-    let laid = compile::lay_out(scene.clone(), &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
+    let meta_missing = cache.meta().is_none();
+    let stated = Stated { meta: cache.meta(), two_levels: !cache.view().tlas_nodes.is_empty() };
+    let mut first = None;
+    for (read, build) in args.reading.ways(path, stated, context)? {
+        let scene =
+            scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
+        source::tell_grid(model, &scene, context);
+        // Laying out makes no duplicates.
+        caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
+        let laid = compile::lay_out(scene.clone(), &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
+        let laid = as_scene(laid);
+        match is_of_model(&cache.view(), &laid) {
+            Ok(()) => {
+                return Ok(Held { placed: Some(placed(&cache.view(), &scene, &context.exec)), scene: laid });
+            }
+            Err(error) => {
+                first.get_or_insert(error);
+            }
+        }
+    }
+    let error = first.map_or_else(|| "no way to read the model was tried".to_owned(), |error| error.to_string());
+    let failure = Failure::from_message(Exit::Negative, &error);
+    let (file, model) = (names::path(path), names::path(model));
+    let failure = failure.fact(format!("the file is {file}")).fact(format!("the model is {model}"));
+    let failure =
+        if meta_missing { failure.fact("META, which would say how the model was read, is missing") } else { failure };
+    Err(failure.help(format!("bvhc check {file} --source {model}")))
+}
+
+/// What is laid out as a scene: a single tree has one instance, which stays where it is.
+fn as_scene(laid: LaidOut) -> Scene {
     let whole = Instance { mesh: 0, transform: Affine::IDENTITY, node: 0, name: String::new() };
     let LaidOut { meshes, instances, .. } = laid;
     let instances = instances.unwrap_or_else(|| meshes.first().map(|_| whole).into_iter().collect());
-    let laid = Scene { meshes, instances, ..Scene::default() };
-    is_of_model(&cache.view(), &laid).map_err(|e| {
-        let failure = Failure::from_message(Exit::Negative, &e.to_string());
-        let (file, model) = (names::path(path), names::path(model));
-        failure
-            .fact(format!("the file is {file}"))
-            .fact(format!("the model is {model}"))
-            .help(format!("bvhc check {file} --source {model}"))
-    })?;
-    Ok(Held { placed: Some(placed(&cache.view(), &scene, &context.exec)), scene: laid })
+    Scene { meshes, instances, ..Scene::default() }
 }

@@ -12,11 +12,12 @@ mod ray;
 mod text;
 
 use crate::cli::Context;
-use crate::cli::caches::{self, SourceReading};
+use crate::cli::caches;
 use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
+use crate::cli::source::SourceReading;
 use crate::geom::Ray;
 use crate::scene::frames::Numbers;
 use crate::trace::rays::RaySet;
@@ -152,6 +153,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     if args.list_devices {
         return devices::list(context);
     }
+    args.reading.suits(args.source.as_ref())?;
     args.junit.iter().chain(&args.svg).try_for_each(|path| drawing::may_replace(path))?;
     if args.accuracy {
         return accuracy::run(args, context);

@@ -168,6 +168,18 @@ fn inverse_bind_matrices_may_be_absent_and_must_suffice() {
 }
 
 #[test]
+fn a_skin_whose_joints_all_mirror_is_counted() {
+    let counted = |first: f64, second: f64| {
+        let mut b = skinned();
+        let mirror = |x: f32| [x, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+        let binds = b.floats("MAT4", &[mirror(first), mirror(second)]);
+        b.0["skins"][0]["inverseBindMatrices"] = binds.into();
+        read_json(&b.0).report.mirrored_skins
+    };
+    assert_eq!([counted(1.0, 1.0), counted(-1.0, 1.0), counted(-1.0, -1.0), counted(0.0, -1.0)], [0, 0, 1, 0]);
+}
+
+#[test]
 fn what_no_joint_holds_is_placed_by_its_node_and_counted() {
     let by_node = |edit: &dyn Fn(&mut Value)| {
         let mut b = skinned();

@@ -2,12 +2,12 @@
 
 mod chosen;
 
-use super::options::choice;
 use crate::build::Named;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
+use crate::cli::reading::choice;
 use crate::scene::Seconds;
 use crate::scene::frames::{Folder, MOST_NUMBERS, NoPattern, Numbers, Pattern, ranges};
 use crate::sequence::{Refit, RefitPolicy, Trees};

@@ -9,12 +9,3 @@ mod tree;
 
 pub use reading::{InputFormat, ReadArgs};
 pub use tree::{TreeArgs, preset_lines};
-
-use crate::build::Named;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-
-/// A closed set of the library as values of a flag: its names are the choices.
-pub fn choice<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
-    let names = T::names().into_iter().map(|(_, name)| PossibleValue::new(name));
-    PossibleValuesParser::new(names).try_map(|text| T::parse(&text))
-}

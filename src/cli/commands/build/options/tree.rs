@@ -1,9 +1,10 @@
 //! Flags that choose a recipe: a preset, a method, and an option of the library's table for each setting. What a flag is called, takes and
 //! means stands in that table.
 
-use super::{choice, listing};
+use super::listing;
 use crate::build::{BuildError, BuildOptions, Kind, Method, Named, OPTIONS, OptionInfo, Preset, Setting, Spelling};
 use crate::cli::advice;
+use crate::cli::reading::choice;
 use clap::builder::{PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 

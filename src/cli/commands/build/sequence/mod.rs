@@ -19,6 +19,7 @@ use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::interrupt;
 use crate::cli::names;
+use crate::cli::outputs;
 use crate::cli::progress::Bar;
 use crate::scene::{self, Animation, Clip, Degenerate, InputFile, ReadOptions, Scene, Seconds};
 use crate::sequence::{FrameLabel, Incoming, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees};
@@ -150,7 +151,7 @@ impl Workshop<'_> {
         let meta: Meta = cache::provenance(recipe(self, frames_of), &inputs, &report);
         let publishing = interrupt::publish()?;
         if !self.args.force {
-            caches::may_replace(&job.output)?;
+            outputs::may_replace(&job.output)?;
         }
         let surveyed = builder.surveyed();
         let written = builder.finish(&meta).map_err(|e| failure(&e))?;

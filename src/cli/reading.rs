@@ -1,0 +1,94 @@
+//! Flags that choose what a model holds: of `build`, which reads it, and of the commands that compare a file with it.
+
+use crate::build::Named;
+use crate::scene::{AnimationChoice, Degenerate, Moment, ReadOptions, Seconds};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+
+/// What of a model is read.
+#[derive(Clone, Debug, Default, Args)]
+pub struct ModelReading {
+    /// What to do with triangles without area [default: drop; in a sequence keep]
+    #[arg(long, value_parser = choice::<Degenerate>(), value_name = "POLICY")]
+    pub degenerate: Option<Degenerate>,
+    /// Let a glTF file name buffers outside its own folder
+    #[arg(long)]
+    pub allow_outside: bool,
+    /// The glTF scene to read; default: the one that the file names
+    #[arg(long, value_name = "N")]
+    pub scene: Option<u32>,
+    /// Pose a glTF model by this clip (animation), at --time or else at its first key
+    #[arg(long, value_name = "NAME|NUMBER", value_parser = animation_choice)]
+    pub clip: Option<AnimationChoice>,
+    /// Pose a glTF model at this time of --clip, or else of its only animation
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub time: Option<Seconds>,
+    /// Read glTF as if this extension were not in the file, even where the file requires it; may be given again
+    #[arg(long = "ignore-extension", value_name = "NAME", value_parser = extension_name)]
+    pub ignore_extensions: Vec<String>,
+}
+
+impl ModelReading {
+    pub fn resolve(&self) -> ReadOptions {
+        ReadOptions {
+            degenerate: self.degenerate.unwrap_or_default(),
+            allow_outside: self.allow_outside,
+            scene: self.scene,
+            moment: self.moment(),
+            ignore_extensions: self.ignore_extensions.clone(),
+            ..ReadOptions::default()
+        }
+    }
+
+    fn moment(&self) -> Option<Moment> {
+        let is_posed = self.clip.is_some() || self.time.is_some();
+        is_posed.then(|| Moment { animation: self.clip.clone().unwrap_or_default(), time: self.time })
+    }
+
+    /// The first flag that is given, as it is typed.
+    pub fn first_given(&self) -> Option<&'static str> {
+        let given = [
+            (self.degenerate.is_some(), "--degenerate"),
+            (self.allow_outside, "--allow-outside"),
+            (self.scene.is_some(), "--scene"),
+            (self.clip.is_some(), "--clip"),
+            (self.time.is_some(), "--time"),
+            (!self.ignore_extensions.is_empty(), "--ignore-extension"),
+        ];
+        given.iter().find_map(|(is_given, flag)| is_given.then_some(*flag))
+    }
+}
+
+/// A closed set of the library as values of a flag: its names are the choices.
+pub fn choice<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    let names = T::names().into_iter().map(|(_, name)| PossibleValue::new(name));
+    PossibleValuesParser::new(names).try_map(|text| T::parse(&text))
+}
+
+/// Digits are a number, all else is a name.
+fn animation_choice(text: &str) -> Result<AnimationChoice, String> {
+    match text {
+        "" => Err("an animation has a name or a number".to_owned()),
+        _ if text.bytes().all(|b| b.is_ascii_digit()) => {
+            text.parse().map(AnimationChoice::Number).map_err(|_| format!("no file has so many animations as {text}"))
+        }
+        _ => Ok(AnimationChoice::Name(text.to_owned())),
+    }
+}
+
+/// A name for `--ignore-extension`.
+fn extension_name(text: &str) -> Result<String, String> {
+    let may_stand = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+    if text.is_empty() || !text.chars().all(may_stand) {
+        return Err("a glTF extension has a name such as KHR_node_visibility".to_string());
+    }
+    Ok(text.to_owned())
+}
+
+impl Named for Degenerate {
+    const KIND: &'static str = "policy";
+
+    fn names() -> Vec<(Self, &'static str)> {
+        [Degenerate::Keep, Degenerate::Drop, Degenerate::Error].map(|policy| (policy, policy.name())).to_vec()
+    }
+}
