@@ -1,8 +1,10 @@
+use crate::cache::View;
 use crate::exec::Executor;
 use crate::geom::Ray;
 use crate::random::Random;
 use crate::trace::brute::{Oracle, Source};
 use crate::trace::rays::{RaySet, Sampler};
+use crate::trace::{Counters, try_closest_hit};
 
 /// What to trace, and how much of it the oracle judges. Equal plans trace equal rays on any machine with any number of threads.
 #[derive(Clone, Debug)]
@@ -17,7 +19,8 @@ pub struct Plan {
     pub asked: Asked,
     /// Who says what is right.
     pub reference: Reference,
-    /// What the oracle may spend on its sample: boxes and triangles looked at, which take some tens of nanoseconds each.
+    /// What the oracle may spend on its sample: boxes and triangles looked at, which take some tens of nanoseconds each, and exact decisions, each of
+    /// which counts for many.
     pub oracle_work: u64,
 }
 
@@ -64,6 +67,9 @@ impl Plan {
     /// A few seconds on one core.
     pub const ORACLE_WORK: u64 = 100_000_000;
 
+    /// Nodes entered and triangles tested by all rays together, where a plan may choose how many there are: some tens of seconds on one core.
+    pub const TRACE_WORK: u64 = 2_000_000_000;
+
     /// Fewest rays that the oracle judges of each set, however large the scene.
     const LEAST: u64 = 16;
 
@@ -78,10 +84,31 @@ impl Plan {
 
     /// What one ray costs the oracle, as the first few of every set tell.
     pub fn cost(&self, oracle: &Oracle<'_>, sampler: &Sampler<'_>, exec: &Executor) -> u64 {
-        let few = |set: usize| Batch { set, first: 0, count: self.rays_of(set).min(Self::LEAST) };
-        let rays: Vec<Ray> = (0..self.sets.len()).flat_map(|set| self.rays_in(&few(set), sampler, exec)).collect();
+        let rays = self.first_few(sampler, exec);
         let tests = exec.map_range(rays.len(), |i| oracle.trace_counted(&rays[i]).1);
         tests.into_iter().sum::<u64>() / (rays.len() as u64).max(1)
+    }
+
+    /// The same plan with fewer rays where the file's trees make each ray long, so that a run which is left to choose ends: at most
+    /// [`Plan::TRACE_WORK`] by what the first few rays of every set take. Counted, not timed: the same on every machine.
+    #[must_use]
+    pub fn affordable(&self, view: &View<'_>, sampler: &Sampler<'_>, exec: &Executor) -> Plan {
+        let rays = self.first_few(sampler, exec);
+        let steps = exec.map_range(rays.len(), |i| {
+            let mut counters = Counters::default();
+            // What cannot be walked is found and told by the run itself.
+            let _ = try_closest_hit(view, &rays[i], &mut counters);
+            counters.inner_nodes + counters.triangles
+        });
+        let cost = steps.into_iter().sum::<u64>() / (rays.len() as u64).max(1);
+        let least = Self::LEAST * self.sets.len() as u64;
+        Plan { rays: self.rays.min((Self::TRACE_WORK / cost.max(1)).max(least)), ..self.clone() }
+    }
+
+    /// Some rays of every set.
+    fn first_few(&self, sampler: &Sampler<'_>, exec: &Executor) -> Vec<Ray> {
+        let few = |set: usize| Batch { set, first: 0, count: self.rays_of(set).min(Self::LEAST) };
+        (0..self.sets.len()).flat_map(|set| self.rays_in(&few(set), sampler, exec)).collect()
     }
 
     /// The share of `sets[set]`.

@@ -55,6 +55,41 @@ fn work(place: &Place, command: &str, code: i32) -> u32 {
     (0..3).map(|_| run()).min().unwrap()
 }
 
+/// Scenes in which each ray meets much of everything: identical, thin, spanning triangles, and hills.
+fn bad_scenes(place: &Place, count: u32) {
+    place.write("regular.obj", hills(count));
+    place.write("identical.obj", soup(count, |_| [[0.0; 3], [1.0, 0.25, 0.0], [0.0, 1.0, 0.5]]));
+    place.write(
+        "slivers.obj",
+        soup(count, |i| {
+            let [a, b] = [0, 3].map(|k| [at(i, k), at(i, k + 1), at(i, k + 2)]);
+            [a, b, [a[0] + 1e-3, a[1], a[2] + 1e-4]]
+        }),
+    );
+    place.write(
+        "spanning.obj",
+        soup(count, |i| {
+            [[0.0, at(i, 0), at(i, 1)], [1.0, at(i, 2), at(i, 3)], [at(i, 4), at(i, 5), f64::from(i % 2)]]
+        }),
+    );
+    for name in ["regular", "identical", "slivers", "spanning"] {
+        place.ok(&format!("build {name}.obj -o {name}.bvhc --method binned --no-check"));
+    }
+}
+
+/// `verify` takes fewer rays where each is long, and says so.
+#[test]
+fn verify_left_to_choose_takes_rays_by_what_each_costs() {
+    let place = Place::new();
+    bad_scenes(&place, 6_000);
+    for (name, is_lowered) in [("regular", false), ("identical", true)] {
+        let said = place.ok(&format!("verify {name}.bvhc --device cpu --rays-from chords"));
+        assert_eq!(said.out.contains("fewer rays than elsewhere"), is_lowered, "{}", said.out);
+        let rays = place.ok(&format!("verify {name}.bvhc --device cpu --rays 40 --rays-from chords"));
+        assert!(!rays.out.contains("fewer rays") && rays.out.contains("judges all 40 rays"), "{}", rays.out);
+    }
+}
+
 /// Both figures are of one run.
 #[test]
 #[ignore = "long: builds four scenes for each of two commands and measures each command several times"]
@@ -62,24 +97,7 @@ fn long_bad_scenes_and_forged_files_take_at_most_twice_the_work_of_a_regular_one
     let place = Place::new();
     let mut slow = Vec::new();
     for (command, count) in COMMANDS {
-        place.write("regular.obj", hills(count));
-        place.write("identical.obj", soup(count, |_| [[0.0; 3], [1.0, 0.25, 0.0], [0.0, 1.0, 0.5]]));
-        place.write(
-            "slivers.obj",
-            soup(count, |i| {
-                let [a, b] = [0, 3].map(|k| [at(i, k), at(i, k + 1), at(i, k + 2)]);
-                [a, b, [a[0] + 1e-3, a[1], a[2] + 1e-4]]
-            }),
-        );
-        place.write(
-            "spanning.obj",
-            soup(count, |i| {
-                [[0.0, at(i, 0), at(i, 1)], [1.0, at(i, 2), at(i, 3)], [at(i, 4), at(i, 5), f64::from(i % 2)]]
-            }),
-        );
-        for name in ["regular", "identical", "slivers", "spanning"] {
-            place.ok(&format!("build {name}.obj -o {name}.bvhc --method binned --no-check"));
-        }
+        bad_scenes(&place, count);
         let regular = work(&place, &format!("{command} regular.bvhc"), 0);
         println!("{command} of a regular scene of {count} triangles: {regular} ms");
         let mut hold = |name: &str, took: u32| {

@@ -109,6 +109,17 @@ impl Answer {
     }
 }
 
+/// What an exact decision takes, in tests of a box or a triangle: some microseconds.
+const EXACT_WORK: u64 = 64;
+
+/// Exact distances of hits.
+struct Distances {
+    /// Each once, the nearest first.
+    apart: Vec<Ratio>,
+    /// Which of these each hit has.
+    of: Vec<usize>,
+}
+
 /// A scene ready to be asked.
 pub struct Oracle<'a> {
     scene: &'a Scene,
@@ -197,7 +208,7 @@ impl<'a> Oracle<'a> {
         self.trace_counted(ray).0
     }
 
-    /// [`Oracle::trace`], and how many boxes and triangles it looked at: the same on every machine.
+    /// [`Oracle::trace`], and what it took: boxes and triangles looked at, and [`EXACT_WORK`] for each exact decision. The same on every machine.
     pub(crate) fn trace_counted(&self, ray: &Ray) -> (Answer, u64) {
         let usable = ray.origin.iter().chain(&ray.direction).all(|v| v.is_finite())
             && ray.direction.iter().any(|d| *d != 0.0)
@@ -208,10 +219,10 @@ impl<'a> Oracle<'a> {
         let ray = &ray.until(ray.t_max.min(FARTHEST));
         let mut found = Vec::new();
         let mut limit = f64::from(ray.t_max);
-        let tests = (0..self.places.len()).map(|i| self.search(ray, i, &mut limit, &mut found)).sum();
+        let work: u64 = (0..self.places.len()).map(|i| self.search(ray, i, &mut limit, &mut found)).sum();
         found.retain(|c| c.nearest <= limit);
-        self.put_in_order(ray, &mut found);
-        (Answer { candidates: found }, tests)
+        let compared = self.put_in_order(ray, &mut found);
+        (Answer { candidates: found }, work + compared)
     }
 
     /// Add an instance's candidates and lower `limit` to the farthest distance of the nearest certain hit.
@@ -220,15 +231,24 @@ impl<'a> Oracle<'a> {
         let (mesh, runs) = (&self.scene.meshes[place.mesh], &self.meshes[place.mesh]);
         let probe = Probe::new(ray, &place.map, &runs.bounds());
         let mut exact = None;
-        runs.visit(&probe, limit, |triangle, limit| {
+        // Triangles that lie on one another often follow one another, and what is decided of one holds for all of them.
+        let mut last = None;
+        let mut decided_anew = 0;
+        let tests = runs.visit(&probe, limit, |triangle, limit| {
             let corners = mesh.corners(triangle);
             let Some(span) = probe.test(corners) else { return };
             let alone = matches!(place.exactly, Exactly::Nothing | Exactly::Identity);
             let (span, standing) = if span.certain && alone {
                 (span, Standing::Hit)
             } else {
-                let exact = exact.get_or_insert_with(|| ExactRay::new(ray, place, &runs.bounds()));
-                let Some(decided) = exact.decide(ray, span, place.exactly.corners(mesh, triangle)) else { return };
+                let known = last.filter(|(of, _)| *of == corners).map(|(_, decision)| decision);
+                let decision = known.unwrap_or_else(|| {
+                    decided_anew += 1;
+                    let exact = exact.get_or_insert_with(|| ExactRay::new(ray, place, &runs.bounds()));
+                    exact.decide(ray, span, place.exactly.corners(mesh, triangle))
+                });
+                last = Some((corners, decision));
+                let Some(decided) = decision else { return };
                 decided
             };
             if span.nearest <= *limit {
@@ -239,37 +259,41 @@ impl<'a> Oracle<'a> {
                 let Span { t, nearest, farthest, .. } = span;
                 found.push(Candidate { source, standing, order: Order::Unknown, t, nearest, farthest });
             }
-        })
+        });
+        tests + decided_anew * EXACT_WORK
     }
 
-    /// Find the nearest hit, exactly if need be, and say how the others stand to it.
-    fn put_in_order(&self, ray: &Ray, found: &mut [Candidate]) {
+    /// Find the nearest hit, exactly if need be, and say how the others stand to it. Returns the work of the exact decisions.
+    fn put_in_order(&self, ray: &Ray, found: &mut [Candidate]) -> u64 {
         let is_hit = |c: &Candidate| matches!(c.standing, Standing::Hit | Standing::BareHit);
         found.sort_by(|a, b| {
             (is_hit(b).cmp(&is_hit(a))).then(a.farthest.total_cmp(&b.farthest)).then(a.source.cmp(&b.source))
         });
         let hits = found.partition_point(is_hit);
-        let Some(reach) = found[..hits].first().map(|c| c.farthest) else { return };
+        let Some(reach) = found[..hits].first().map(|c| c.farthest) else { return 0 };
         let hits = &mut found[..hits];
         hits.iter_mut().for_each(|c| c.order = Order::Later);
 
         // Those that may be the nearest: usually one.
         let mut contenders: Vec<usize> = (0..hits.len()).filter(|i| hits[*i].nearest <= reach).collect();
+        let mut work = 0;
         if contenders.len() > 1 {
-            let distances: Option<Vec<Ratio>> =
-                contenders.iter().map(|i| Some(self.meeting(ray, hits[*i].source)?.t)).collect();
-            match distances {
-                Some(distances) => {
-                    let mut ranked: Vec<(&Ratio, usize)> = distances.iter().zip(contenders).collect();
-                    ranked.sort_by(|a, b| a.0.cmp(b.0).then(hits[a.1].source.cmp(&hits[b.1].source)));
-                    let least = ranked[0].0;
-                    for (t, i) in &ranked {
-                        hits[*i].t = t.to_f64();
-                        hits[*i].order = match (*t).cmp(least) {
-                            Ordering::Equal => Order::Equal,
-                            _ if t.to_f32() == least.to_f32() => Order::Rounded,
-                            _ => Order::Later,
-                        };
+            match self.distances(ray, hits, &contenders) {
+                Some(Distances { apart, of }) => {
+                    work = apart.len() as u64 * EXACT_WORK;
+                    let least = &apart[0];
+                    let standings: Vec<(f64, Order)> = apart
+                        .iter()
+                        .map(|t| match t.cmp(least) {
+                            Ordering::Equal => (t.to_f64(), Order::Equal),
+                            _ if t.to_f32() == least.to_f32() => (t.to_f64(), Order::Rounded),
+                            _ => (t.to_f64(), Order::Later),
+                        })
+                        .collect();
+                    let mut ranked: Vec<(usize, usize)> = of.into_iter().zip(contenders).collect();
+                    ranked.sort_by_key(|(rank, i)| (*rank, hits[*i].source));
+                    for (rank, i) in &ranked {
+                        (hits[*i].t, hits[*i].order) = standings[*rank];
                     }
                     contenders = ranked.into_iter().map(|(_, i)| i).collect();
                 }
@@ -285,6 +309,38 @@ impl<'a> Oracle<'a> {
         hits[contenders[0]].order = Order::First;
         hits.swap(0, contenders[0]);
         hits[1..].sort_by(|a, b| a.farthest.total_cmp(&b.farthest).then(a.source.cmp(&b.source)));
+        work
+    }
+
+    /// At which exact distances a ray meets these hits; `None` where that of any is not known. Triangles of equal corners that follow one another
+    /// are computed once: of tens of thousands on one another, each ray meets all.
+    fn distances(&self, ray: &Ray, hits: &[Candidate], contenders: &[usize]) -> Option<Distances> {
+        let corners_of = |source: Source| {
+            let place = self.places.get(source.instance as usize)?;
+            Some((source.instance, self.scene.meshes[place.mesh].corners(source.triangle as usize)))
+        };
+        let (mut computed, mut of): (Vec<Ratio>, Vec<usize>) = (Vec::new(), Vec::with_capacity(contenders.len()));
+        let mut last = None;
+        for source in contenders.iter().map(|i| hits[*i].source) {
+            let corners = corners_of(source);
+            if computed.is_empty() || corners != last {
+                computed.push(self.meeting(ray, source)?.t);
+            }
+            last = corners;
+            of.push(computed.len() - 1);
+        }
+        // Numbered from the nearest, equal ones alike.
+        let mut ranked: Vec<usize> = (0..computed.len()).collect();
+        ranked.sort_by(|a, b| computed[*a].cmp(&computed[*b]));
+        let mut ranks = vec![0; computed.len()];
+        let mut apart: Vec<Ratio> = Vec::new();
+        for i in ranked {
+            if apart.last().is_none_or(|t| *t != computed[i]) {
+                apart.push(computed[i].clone());
+            }
+            ranks[i] = apart.len() - 1;
+        }
+        Some(Distances { apart, of: of.into_iter().map(|i| ranks[i]).collect() })
     }
 
     /// Between which distances a traversal may hit this very triangle, rounding allowed for; `None` where the ray certainly misses it. One

@@ -26,6 +26,10 @@ pub struct Verified {
     pub frame: Option<i32>,
     /// The model that the oracle was told of; `None`: the file's own triangles.
     pub source: Option<PathBuf>,
+    /// How many rays were traced: those asked for, or as many as the file's trees allow.
+    pub rays: u64,
+    /// Whether these are fewer than a run takes elsewhere.
+    pub is_lowered: bool,
     pub outcome: Outcome,
     /// Whether the triangles are where the model has them.
     pub placed: Option<Placed>,
@@ -125,12 +129,18 @@ fn verify_opened(
     let subject = Subject::new(cache.view(), &scene, &context.exec);
     let of_this_file = |failure: Failure| failure.fact(format!("the file is {}", names::path(path)));
     let mut others = bench.devices(cache.view()).map_err(|e| of_this_file(devices::failure(&e)))?;
+    let most = plan.rays;
+    let plan = match args.rays {
+        Some(_) => plan.clone(),
+        None => plan.affordable(&subject.view, &subject.sampler, &context.exec),
+    };
     bar.phase("verifying", plan.rays);
-    match crate::verify::run(&subject, &mut Cpu::new(cache.view(), &context.exec), &mut others, plan, bar) {
+    match crate::verify::run(&subject, &mut Cpu::new(cache.view(), &context.exec), &mut others, &plan, bar) {
         Ok(outcome) => match finding.filter(|_| outcome.is_right()) {
             Some(finding) => Err(broken(&finding, path).fact("no ray showed it")),
             None => {
-                Ok(Verified { path: path.to_path_buf(), frame: None, source: args.source.clone(), outcome, placed })
+                let (path, source, rays) = (path.to_path_buf(), args.source.clone(), plan.rays);
+                Ok(Verified { path, frame: None, source, rays, is_lowered: rays < most, outcome, placed })
             }
         },
         Err(VerifyError::Device(error)) => Err(of_this_file(devices::failure(&error))),

@@ -62,7 +62,7 @@ pub struct VerifyArgs {
     /// Fail with 5 where there is no usable OpenCL device
     #[arg(long)]
     require_device: bool,
-    /// Rays to trace, in equal shares from every set, but for a hundredth of one from `far` [default: 1M; with --accuracy at most 100k, fewer in large scenes; the frames of a sequence share the 1M, at least 20k each]
+    /// Rays to trace, in equal shares from every set, but for a hundredth of one from `far` [default: 1M, fewer where each enters thousands of nodes and triangles; with --accuracy at most 100k, fewer in large scenes; the frames of a sequence share the 1M, at least 20k each]
     #[arg(long, value_name = "N", value_parser = ray_count)]
     rays: Option<u64>,
     /// Equal seeds give equal rays

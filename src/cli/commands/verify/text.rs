@@ -49,7 +49,10 @@ pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
             text.push_str(&format!("{name}: {rays} traced without the tree, too: {other} answered otherwise then\n"));
         }
     }
-    text.push_str(&oracle(&outcome.oracle, plan));
+    if verified.is_lowered {
+        text.push_str("fewer rays than elsewhere, since each enters so many nodes and triangles here; --rays N traces more\n");
+    }
+    text.push_str(&oracle(&outcome.oracle, verified.rays));
     text.push_str(&verified.placed.as_ref().map(placing).unwrap_or_default());
     let first = outcome.devices.first().and_then(|d| d.first_mismatch.as_ref());
     for (i, device) in outcome.devices.iter().enumerate() {
@@ -115,12 +118,12 @@ fn deviation(device: &DeviceOutcome) -> String {
     format!("{}: answers may differ from the CPU's, since {}: {differ}\n", device.name, names::escape(deviation))
 }
 
-fn oracle(oracle: &OracleOutcome, plan: &Plan) -> String {
+fn oracle(oracle: &OracleOutcome, rays: u64) -> String {
     let tested = format!(
         "{} tested, each against the triangle that it names\n",
         figures::counted(oracle.hits_tested, "hit", "hits")
     );
-    let all = if oracle.rays == plan.rays { "all" } else { "a sample of" };
+    let all = if oracle.rays == rays { "all" } else { "a sample of" };
     tested
         + &format!(
             "brute force over {} triangles judges {all} {}: {} missed, {} farther, {} false; {}, {} grazing, {} unsure\n",
