@@ -20,6 +20,7 @@ pub struct Visit<'a> {
 
 /// How a walk goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Step {
     /// To the children, if the node has any.
     Descend,

@@ -10,7 +10,7 @@ rules! {
         means "Nothing can be read: the first 256 bytes say what everything else is.",
         because "The copy was interrupted, or the file is something else.", remedy Rebuild;
     E0102 "bad-magic", "the file does not start with the signature of a cache",
-        "the first 8 bytes must be {expected}, they are {actual}", "2-header",
+        "this is no cache file: its first 8 bytes are {actual}, and those of a cache {expected}", "2-header",
         means "This is another kind of file, or a transfer in text mode changed line ends or cut the eighth bit.",
         because "A wrong path, or a transfer in text mode (FTP, or version control that translates line ends).",
         remedy RightFile;
