@@ -68,7 +68,7 @@ impl Plan {
     pub const ORACLE_WORK: u64 = 100_000_000;
 
     /// Nodes entered and triangles tested by all rays together, where a plan may choose how many there are: some tens of seconds on one core.
-    pub const TRACE_WORK: u64 = 2_000_000_000;
+    pub const TRACE_WORK: u64 = 1_000_000_000;
 
     /// Fewest rays that the oracle judges of each set, however large the scene.
     const LEAST: u64 = 16;

@@ -9,6 +9,9 @@ pub struct Judged {
     pub moved: f64,
     /// The shortest edge of the model's triangle.
     pub edge: f64,
+    /// Two of its corners moved against each other by more than half its longest edge, one of them by more than a quarter: it came to nothing, as
+    /// [`Loss::gone`](crate::scene::Loss) counts. What moves all corners alike, as the matrix of an instance does, leaves a small triangle its shape.
+    pub gone: bool,
     /// Rounding does not explain it.
     pub astray: bool,
 }
@@ -24,20 +27,26 @@ pub fn judge(
 ) -> Judged {
     let magnitudes =
         |m: &Affine, p: [f64; 3]| m.rows.map(|r| (0..3).map(|c| (r[c] * p[c]).abs()).sum::<f64>() + r[3].abs());
-    let mut exact = [[0.0; 3]; 3];
+    let (mut exact, mut off) = ([[0.0; 3]; 3], [[0.0; 3]; 3]);
     let (mut moved, mut astray) = (0.0f64, false);
     for (k, stored) in record.corners().iter().enumerate() {
         let p = corners[k].map(f64::from);
         exact[k] = to_tree.transform_point(instance.transform.transform_point(p));
         let reach = magnitudes(to_tree, magnitudes(&instance.transform, p));
-        let off = [0, 1, 2].map(|a| f64::from(stored[a]) - exact[k][a]);
-        moved = moved.max((off[0] * off[0] + off[1] * off[1] + off[2] * off[2]).sqrt());
+        off[k] = [0, 1, 2].map(|a| f64::from(stored[a]) - exact[k][a]);
+        moved = moved.max(apart(off[k], [0.0; 3]));
         astray |= (0..3).any(|a| {
             let stored = f64::from(stored[a]).abs() * 2f64.powi(-24) + f64::from(f32::from_bits(1));
             let of_matrix = if by_matrix { reach[a] * 2f64.powi(-21) } else { 0.0 };
-            !(off[a].abs() <= 1.01 * stored + reach[a] * 2f64.powi(-48) + of_matrix)
+            !(off[k][a].abs() <= 1.01 * stored + reach[a] * 2f64.powi(-48) + of_matrix)
         });
     }
-    let length = |a: usize, b: usize| (0..3).map(|k| (exact[a][k] - exact[b][k]).powi(2)).sum::<f64>().sqrt();
-    Judged { moved, edge: length(0, 1).min(length(1, 2)).min(length(2, 0)), astray }
+    let edges = [(0, 1), (1, 2), (2, 0)].map(|(a, b)| apart(exact[a], exact[b]));
+    let bent = [(0, 1), (1, 2), (2, 0)].map(|(a, b)| apart(off[a], off[b])).into_iter().fold(0.0, f64::max);
+    let gone = bent > 0.5 * edges.into_iter().fold(0.0, f64::max);
+    Judged { moved, edge: edges.into_iter().fold(f64::INFINITY, f64::min), gone, astray }
+}
+
+fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum::<f64>().sqrt()
 }

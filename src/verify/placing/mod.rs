@@ -88,6 +88,8 @@ struct Tally {
     edges: Vec<f64>,
     sum: f64,
     farthest: f64,
+    /// Triangles that came to nothing.
+    gone: u64,
     astray: u64,
 }
 
@@ -96,6 +98,7 @@ impl Tally {
         self.edges.append(&mut other.edges);
         self.sum += other.sum;
         self.farthest = self.farthest.max(other.farthest);
+        self.gone += other.gone;
         self.astray += other.astray;
     }
 
@@ -105,8 +108,7 @@ impl Tally {
         }
         let (share, middle) = (self.sum / self.edges.len() as f64, self.edges.len() / 2);
         let (_, edge, _) = self.edges.select_nth_unstable_by(middle, f64::total_cmp);
-        // Not measured here: a matrix shifts small triangles without taking their shape, and `moved` does not tell that from rounding corner by corner.
-        Loss { farthest: self.farthest, edge: *edge, share, gone: 0.0 }
+        Loss { farthest: self.farthest, edge: *edge, share, gone: self.gone as f64 / self.edges.len() as f64 }
     }
 
     fn add(&mut self, judged: &Judged) {
@@ -116,6 +118,7 @@ impl Tally {
             let share = if judged.edge > 0.0 { (judged.moved / judged.edge).min(1.0) } else { 0.0 };
             self.edges.push(judged.edge);
             self.sum += share;
+            self.gone += u64::from(judged.gone);
             self.farthest = self.farthest.max(judged.moved);
         }
     }

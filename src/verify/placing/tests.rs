@@ -69,6 +69,29 @@ fn rounding_that_takes_the_shape_is_told() {
     assert!(!placed(&build(&read, Levels::Auto).view(), &read, &Executor::sequential()).is_right());
 }
 
+/// A mean over a mesh does not tell of a small part.
+#[test]
+fn small_parts_that_come_to_nothing_are_told() {
+    let sheet = |cells: u32, size: f32, first: u32| {
+        let side = cells + 1;
+        let points = (0..side * side).map(move |k| [size * (k % side) as f32, 0.0, size * (k / side) as f32]);
+        let cell = move |c: u32| {
+            let a = first + c / cells * side + c % cells;
+            [[a, a + 1, a + side + 1], [a, a + side + 1, a + side]]
+        };
+        (points, (0..cells * cells).flat_map(cell))
+    };
+    let ((ground, coarse), (patch, fine)) = (sheet(70, 100.0, 0), sheet(8, 0.6, 71 * 71));
+    let mesh = Mesh::new("ground", ground.chain(patch).collect(), coarse.chain(fine).collect()).expect("a mesh");
+    let scene = moved(&Scene::of_mesh(mesh), [500_123.26, 7.7, -4_649_776.77]);
+    let flat = placed(&build(&scene, Levels::One).view(), &scene, &Executor::sequential());
+    assert!(flat.astray == 0 && flat.loss.share < Loss::MOST && flat.loss.gone > 0.001, "{flat:?}");
+    assert!(!flat.is_right());
+    // A matrix of floats moves all corners of a triangle alike.
+    let beside = placed(&build(&scene, Levels::Two).view(), &scene, &Executor::sequential());
+    assert!(beside.is_right() && beside.loss.gone == 0.0, "{beside:?}");
+}
+
 /// One mesh in a row of places, all of one node, as `EXT_mesh_gpu_instancing` puts it there.
 fn row_of(count: u32) -> Scene {
     let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
