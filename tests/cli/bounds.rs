@@ -83,9 +83,9 @@ fn verify_left_to_choose_takes_rays_by_what_each_costs() {
     let place = Place::new();
     bad_scenes(&place, 6_000);
     for (name, is_lowered) in [("regular", false), ("identical", true)] {
-        let said = place.ok(&format!("verify {name}.bvhc --device cpu --rays-from chords"));
+        let said = place.ok(&format!("verify {name}.bvhc --device cpu --rays-from uniform"));
         assert_eq!(said.out.contains("fewer rays than elsewhere"), is_lowered, "{}", said.out);
-        let rays = place.ok(&format!("verify {name}.bvhc --device cpu --rays 40 --rays-from chords"));
+        let rays = place.ok(&format!("verify {name}.bvhc --device cpu --rays 40 --rays-from uniform"));
         assert!(!rays.out.contains("fewer rays") && rays.out.contains("judges all 40 rays"), "{}", rays.out);
     }
 }

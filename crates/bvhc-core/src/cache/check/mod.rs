@@ -46,7 +46,6 @@ pub use vertices::check as check_vertices;
 
 /// How deep to look. Each level includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
 pub enum Level {
     /// Header, section table, tiling and both ids, and the counts that header and table both state: rules `E01xx`, E0203 and E0204, and E0302,
     /// E0304, E0305 and E0308.
