@@ -123,7 +123,7 @@ fn what_cannot_be_posed_is_refused_with_the_animations_that_there_are() {
         ("two.gltf --clip 2", 4, "letter by letter: --clip NUMBER"),
         ("same.gltf --clip Rise", 4, "2 animations named 'Rise'"),
         ("tri.gltf --time 0", 4, "it has no animations"),
-        ("tri.gltf --clip 0", 4, "leave out --clip and --time"),
+        ("tri.gltf --clip 0", 4, "leave out --clip, --time"),
         ("two.gltf --animation Rise", 2, "write --clip NAME|NUMBER"),
         // How spatial splits cut was chosen by this flag once.
         ("two.gltf --clip box", 4, "-O clip=box"),
