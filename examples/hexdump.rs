@@ -71,6 +71,9 @@ pub fn annotate(bytes: &[u8]) -> Result<String, Box<dyn Error>> {
             SectionKind::GEOM => &GEOM,
             SectionKind::BLAS => &BLAS,
             SectionKind::INST => &INST,
+            SectionKind::CROW => &CROW,
+            SectionKind::CNOD => &CNOD,
+            SectionKind::CREF => &CREF,
             SectionKind::VERT => &VERT,
             SectionKind::SIDE => &SIDE,
             SectionKind::TOPO => &TOPO,
@@ -154,6 +157,22 @@ const HEADER: [Field; 27] = [
     (16, "reserved"),
     (16, "reserved"),
 ];
+const CROW: [Field; 3] = [(8, "node_offset"), (4, "node_count"), (4, "waiting")];
+const CNOD: [Field; 12] = [
+    (12, "origin"),
+    (3, "exponents"),
+    (1, "children"),
+    (4, "first_node"),
+    (4, "first_ref"),
+    (8, "counts"),
+    (8, "low x"),
+    (8, "low y"),
+    (8, "low z"),
+    (8, "high x"),
+    (8, "high y"),
+    (8, "high z"),
+];
+const CREF: [Field; 1] = [(4, "triangle")];
 const VERT: [Field; 3] = [(4, "v0"), (4, "v1"), (4, "v2")];
 const SIDE: [Field; 1] = [(4, "flags")];
 const TOPO: [Field; 8] = [

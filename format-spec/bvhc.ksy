@@ -6,7 +6,7 @@ meta:
   ks-version: 0.11
   endian: le
 doc: |
-  The .bvhc file, version 1.3, as a Kaitai Struct description. SPEC.md beside this file is the law; this description covers the
+  The .bvhc file, version 1.4, as a Kaitai Struct description. SPEC.md beside this file is the law; this description covers the
   container (header, section table), every record type, META, NAMS and MATS, and the frame lists of compressed sections, whose
   frames it hands out undecoded: Zstandard frames, which of codec delta hold differences from what is predicted. It checks the magic and the few sizes that it needs itself, not the other rules.
 doc-ref: format-spec/SPEC.md
@@ -34,6 +34,9 @@ enums:
     0x53414c42: blases  # BLAS
     0x444f4e54: tlas_nodes  # TNOD
     0x54534e49: instances  # INST
+    0x574f5243: compact_rows  # CROW
+    0x444f4e43: compact_nodes  # CNOD
+    0x46455243: compact_references  # CREF
     0x54524556: vertices  # VERT
     0x45444953: sides  # SIDE
     0x534d414e: names  # NAMS
@@ -65,6 +68,9 @@ enums:
     13: poses
     14: positions
     15: frames
+    16: compact_rows
+    17: compact_nodes
+    18: compact_references
 
 types:
   header:
@@ -201,6 +207,9 @@ types:
           kind == kind::poses ? layout::poses :
           kind == kind::positions ? layout::positions :
           kind == kind::frames ? layout::frames :
+          kind == kind::compact_rows ? layout::compact_rows :
+          kind == kind::compact_nodes ? layout::compact_nodes :
+          kind == kind::compact_references ? layout::compact_references :
           kind == kind::names or kind == kind::materials ? layout::names :
           kind == kind::meta ? layout::meta : layout::unknown
       body:
@@ -223,6 +232,9 @@ types:
             layout::poses: poses(elem_count)
             layout::positions: positions(elem_count)
             layout::frames: frames(elem_count)
+            layout::compact_rows: compact_rows(elem_count)
+            layout::compact_nodes: compact_nodes(elem_count)
+            layout::compact_references: compact_references(elem_count)
             layout::names: names
             layout::meta: provenance
 
@@ -353,6 +365,34 @@ types:
     seq:
       - id: rows
         type: frame
+        repeat: expr
+        repeat-expr: num
+
+  compact_rows:
+    params:
+      - id: num
+        type: u8
+    seq:
+      - id: rows
+        type: compact_row
+        repeat: expr
+        repeat-expr: num
+  compact_nodes:
+    params:
+      - id: num
+        type: u8
+    seq:
+      - id: rows
+        type: compact_node
+        repeat: expr
+        repeat-expr: num
+  compact_references:
+    params:
+      - id: num
+        type: u8
+    seq:
+      - id: rows
+        type: compact_reference
         repeat: expr
         repeat-expr: num
 
@@ -550,6 +590,49 @@ types:
         value: (flags & 1) != 0
       is_held:
         value: (flags & 2) != 0
+
+  compact_row:
+    doc: A compact tree; its records are in the section CNOD.
+    seq:
+      - id: node_offset
+        type: u8
+      - id: node_count
+        type: u4
+      - id: waiting
+        type: u4
+  compact_node:
+    doc: Up to eight children, with boxes on a grid of the node's own.
+    seq:
+      - id: origin
+        type: point
+      - id: exponents
+        type: u1
+        repeat: expr
+        repeat-expr: 3
+      - id: children
+        type: u1
+      - id: first_node
+        type: u4
+      - id: first_ref
+        type: u4
+      - id: counts
+        type: u1
+        repeat: expr
+        repeat-expr: 8
+      - id: low
+        type: u1
+        repeat: expr
+        repeat-expr: 24
+        doc: For each axis, and in it for each lane.
+      - id: high
+        type: u1
+        repeat: expr
+        repeat-expr: 24
+  compact_reference:
+    seq:
+      - id: triangle
+        type: u4
+        doc: Counted from the tree's first record of TRIS.
 
   point:
     seq:

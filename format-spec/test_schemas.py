@@ -88,6 +88,9 @@ def documents(tool, scratch):
     yield from run("build", *models, "-o", "out/")
     yield from run("convert", "out/forest.bvhc", "-o", "small.bvhc", "--codec", "zstd")
     yield from run("convert", VECTORS / "valid/unknown-ancillary-section.bvhc", "-o", "stripped.bvhc", "--strip-unknown")
+    yield from run("convert", "out/forest.bvhc", "-o", "wide.bvhc", "--nodes", "compact8")
+    yield from run("stats", "wide.bvhc")
+    yield from run("verify", "wide.bvhc", "--device", "cpu", "--rays", "2000")
     files = ["out/pillar.bvhc", "out/forest.bvhc", "small.bvhc", "stripped.bvhc"]
     yield from run("info", *files, VECTORS / "invalid/E0206-meta-encoding.bvhc")
     yield from run("stats", *files)

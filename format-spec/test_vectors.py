@@ -65,6 +65,8 @@ def build_samples(tool, scratch):
         ("forest-flat", "forest.gltf", ["--flatten"]),
         ("colonnade-vertices", "colonnade.obj", ["--vertices"]),
         ("forest-vertices", "forest.glb", ["--flatten", "--vertices"]),
+        ("colonnade-compact", "colonnade.obj", ["--nodes", "compact8"]),
+        ("forest-compact", "forest.glb", ["--nodes", "compact8"]),
         ("helicopter-rebuilt", "helicopter/heli.####.obj", ["--frames", "1-2", "--method", "sbvh", "--refit", "never", "--codec", "compact"]),
         ("helicopter-refitted", "helicopter/heli.####.obj", ["--frames", "1-6", "--refit", "always", "--codec", "compact"]),
     ]:

@@ -3,7 +3,7 @@
 mod common;
 
 use bvhc::build::{BuildOptions, Executor, Levels, METHODS, Method, NoProgress, Preset};
-use bvhc::cache::{Image, View};
+use bvhc::cache::{Codec, Image, Meta, OpenOptions, Validation, View, WriteOptions, to_bytes};
 use bvhc::compile::compile;
 use bvhc::geom::{Affine, Point, Ray};
 use bvhc::random::Random;
@@ -15,6 +15,7 @@ use bvhc::trace::rays::Sampler;
 use bvhc::trace::rays::grid::GridScene;
 use bvhc::trace::wide::{Collapse, CompactTrees, WideRecord, WideTrees, WideView};
 use bvhc::trace::{Counters, Hit, any_hit, closest_hit};
+use bvhc::{Build, Cache};
 use common::meshes::{cube, place, scene_of, sphere, visible};
 use common::scenes::{model_files, real_scenes, samples_dir};
 
@@ -161,6 +162,46 @@ fn grids_answer_as_brute_force_does() {
         }
     }
     assert!(hits > 1_000, "{hits}");
+}
+
+/// An open file asks its compact trees, mapped or packed, and a build asks those that it made.
+#[test]
+fn files_with_compact_trees_answer_as_files_without_them() {
+    let exec = Executor::sequential();
+    let turned = Affine { rows: [[0.6, -0.8, 0.0, 3.0], [0.8, 0.6, 0.0, -2.0], [0.0, 0.0, -1.5, 8.0]] };
+    let scenes = [
+        (Levels::One, scene_of(sphere(12, 1.0, [0.3, 0.0, -9.0]))),
+        (Levels::Two, place(cube(5, |p| p.map(|v| v as f32)), &[Affine::IDENTITY, turned])),
+    ];
+    for (levels, scene) in scenes {
+        let built =
+            Build::of_scene(scene.clone()).unwrap().options(recipe(Method::Sbvh, levels)).compact(true).run().unwrap();
+        let image = build(&scene, &recipe(Method::Sbvh, levels));
+        let view = image.view();
+        let mut wide = image.clone();
+        wide.add_compact().unwrap();
+        let rays = Sampler::new(&scene).mixed(2_000, 3);
+        for codec in [Codec::Raw, Codec::Zstd { level: 3 }] {
+            let write = WriteOptions { codec, ..WriteOptions::default() };
+            let bytes = |image: &Image| to_bytes(image, &Meta::default(), &write, &exec).unwrap();
+            for validation in [Validation::Quick, Validation::Tree] {
+                let open = OpenOptions { validation, ..OpenOptions::default() };
+                let with = Cache::from_bytes(&bytes(&wide), &open).unwrap();
+                let without = Cache::from_bytes(&bytes(&image), &open).unwrap();
+                assert!(with.compact().is_some() && without.compact().is_none());
+                let (mut hits, mut built_hits) = (vec![None; rays.len()], vec![None; rays.len()]);
+                with.closest_hits(&rays, &mut hits).unwrap();
+                built.closest_hits(&rays, &mut built_hits).unwrap();
+                for ((ray, together), of_build) in rays.iter().zip(hits).zip(built_hits) {
+                    let want = bits(&view, without.closest_hit(ray).unwrap());
+                    assert_eq!(bits(&view, with.closest_hit(ray).unwrap()), want, "{ray:?}");
+                    assert_eq!((bits(&view, together), bits(&view, of_build)), (want, want), "{ray:?}");
+                    assert_eq!(with.any_hit(ray), without.any_hit(ray), "{ray:?}");
+                    assert_eq!(built.any_hit(ray), without.any_hit(ray), "{ray:?}");
+                }
+            }
+        }
+    }
 }
 
 #[test]

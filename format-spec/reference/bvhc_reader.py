@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plain reference reader of the .bvhc file, version 1.3. SPEC.md is the law; numbers in brackets are its sections.
+"""Plain reference reader of the .bvhc file, version 1.4. SPEC.md is the law; numbers in brackets are its sections.
 
     bvhc_reader.py FILE                           check the file, print what `bvhc info --json FILE` prints
     bvhc_reader.py FILE --ray ox,oy,oz,dx,dy,dz   check the file, trace the ray, print the closest hit (repeatable)
@@ -19,7 +19,8 @@ from fractions import Fraction
 
 import numpy as np
 
-import bvhc_delta  # beside this file
+import bvhc_compact  # beside this file
+import bvhc_delta  # likewise
 
 try:
     import blake3
@@ -30,7 +31,7 @@ try:
 except ImportError:
     zstandard = None
 
-MINOR = 3  # that this reader knows
+MINOR = 4  # that this reader knows
 SEQUENCE_FEATURE = 1  # of features_required
 MAGIC = b"\x89BVH\r\n\x1a\n"
 BLOCK = 1 << 20  # decoded bytes of one zstd frame [8]
@@ -71,6 +72,10 @@ RECORDS = {  # [5]: type -> (flags, record)
                           ("vertex_offset", U8), ("sah", "<f4"), ("flags", U4), ("reserved", "V8")])),
     "VPOS": (5, np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4")])),
     "FRAM": (5, np.dtype([("number", "<i4"), ("placement", U4), ("time", "<f4"), ("flags", U4), ("reserved", "V16")])),
+    "CROW": (2, np.dtype([("node_offset", U8), ("node_count", U4), ("waiting", U4)])),
+    "CNOD": (2, np.dtype([("origin", *V3), ("exponents", "u1", 3), ("children", "u1"), ("first_node", U4), ("first_ref", U4),
+                          ("counts", "u1", 8), ("low", "u1", 24), ("high", "u1", 24)])),
+    "CREF": (2, np.dtype([("triangle", U4)])),
     "VERT": (6, np.dtype([("v0", U4), ("v1", U4), ("v2", U4)])),
     "SIDE": (6, np.dtype([("flags", U4)])),
     "NAMS": (2, None),
@@ -81,6 +86,7 @@ NUMBERED = {"NODE", "VPOS", "TNOD", "INST"}  # of which a sequence has several [
 ROWS = {b"BLAS", b"TOPO", b"POSE", b"FRAM", b"GEOM"}  # that say how large the other sections are [11]
 RAW, ZSTD, DELTA = 0, 1, 2  # codecs [8]
 DIFFERENCES = ["TRIX", "VPOS", "NODE"]  # that may have codec 2 in a sequence, in the order in which they are decoded [8.1]
+COMPACT = ["CROW", "CNOD", "CREF"]  # that a still file may have, all or none [5.7]
 STILL, IN_SEQUENCES = {"TRIS", "BLAS"}, {"TOPO", "TRIX", "POSE", "VPOS", "FRAM"}
 KEY, TIMED, HELD = 1, 1, 2
 
@@ -353,6 +359,7 @@ class File(Trees):
                 require((name in numbers) == (name in wanted), "%s is %s" % (name, "missing" if name in wanted else "not allowed in such a file"))
             require(sorted(numbers.get(name, [0])) == list(range(len(numbers.get(name, [0])))), "the numbers of %s have a hole" % name)
             require(self.sequence or len(numbers.get(name, [0])) == 1, "a still file with several %s" % name)
+        require(not self.sequence or not any(name in numbers for name in COMPACT), "a sequence with compact trees")
         for a, b in (("NODE", "VPOS"), ("TNOD", "INST")):
             require(not self.sequence or len(numbers[a]) == len(numbers[b]), "another number of %s than of %s" % (a, b))
 
@@ -456,7 +463,26 @@ class File(Trees):
         self.check_header_counts(self.blas, self.blas["node_count"], [self.tnod])
         depths = self.check_trees() + ([self.check_top()] if self.two_level else [])
         self.check_bounds([self.tnod if self.two_level else self.node])
+        self.check_compact()
         return depths
+
+    def check_compact(self):
+        """Compact trees [5.7]: the counts, then each tree beside its BLAS."""
+        there = [self.body(name) is not None for name in COMPACT]
+        require(all(there) or not any(there), "some of CROW, CNOD and CREF are missing")
+        if not any(there):
+            return
+        rows, nodes, order = (self.rows(name) for name in COMPACT)
+        require(len(rows) == len(self.blas) and len(order) == len(self.tris), "the numbers of records of CROW and CREF")
+        at = 0
+        for i, (row, b) in enumerate(zip(map(plain, rows), self.blas)):
+            require(row["node_offset"] == at, "CROW rows do not tile CNOD")
+            at += row["node_count"]
+            require((row["node_count"] == 0) == (b["node_count"] == 0) and at <= len(nodes), "node_count of CROW")
+            mine = order["triangle"][int(b["ref_offset"]):][:int(b["ref_count"])].tolist()
+            waiting = bvhc_compact.check(nodes[at - row["node_count"]:at], mine, self.tree(b)[0], require, "compact tree %d" % i)
+            require(row["waiting"] == waiting, "waiting of CROW")
+        require(at == len(nodes), "CROW rows do not end with CNOD")
 
     def check_sequence(self):
         """Each pose and each placement [5.6]; the depths of all trees."""

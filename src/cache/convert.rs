@@ -10,10 +10,16 @@ use bvhc_core::cache::parts::{Block, Encoder, Fault, is_known_codec, is_understo
 use super::check::Limits;
 use super::intact::sound_sequence;
 use super::sealed::{Codec, Form, Piece, Sealed, WriteSummary, store_delta};
-use super::writer::WriteOptions;
-use super::{Cache, CacheError, Head, MIN_MINOR, OpenOptions, SEQUENCE_MIN_MINOR, Sequence, Validation, section_flags};
+use super::writer::{WriteOptions, piece_of_compact};
+use super::{
+    Cache, CacheError, Head, KINDS, MIN_MINOR, OpenOptions, SEQUENCE_MIN_MINOR, Sequence, Validation, section_flags,
+};
 use super::{Header, SectionEntry, SectionKind, atomic, keys, tree_flags};
 use crate::exec::Executor;
+use crate::trace::wide::CompactTrees;
+
+/// The sections of compact trees, in the order of the file.
+const COMPACT: [SectionKind; 3] = [SectionKind::CROW, SectionKind::CNOD, SectionKind::CREF];
 
 /// What a conversion did.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,13 +31,15 @@ pub struct ConvertSummary {
     pub dropped: Vec<SectionKind>,
 }
 
-/// What a conversion leaves out.
+/// What a conversion changes, and what it leaves out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ConvertOptions {
     /// Codec and check of the new file.
     pub write: WriteOptions,
     /// Leave out every section that this version does not know, even where it may be copied.
     pub strip_unknown: bool,
+    /// Whether the new file has compact trees, made anew; `None`: what the old one has. They are not part of the content. No sequence has them.
+    pub compact: Option<bool>,
     /// Leave out META: the file is smaller and says less; it is never taken for up to date again.
     pub drop_meta: bool,
 }
@@ -59,17 +67,27 @@ pub fn convert(
     let name = from.display().to_string();
     if options.write.check {
         let limits = Limits { max_issues: 1, ..Limits::default() };
-        let left_out = options.drop_meta.then_some(SectionKind::META);
-        let report = cache.check_without(left_out, &limits, exec);
+        let of_compact = COMPACT.into_iter().filter(|_| options.compact.is_some());
+        let left_out: Vec<_> = options.drop_meta.then_some(SectionKind::META).into_iter().chain(of_compact).collect();
+        let report = cache.check_without(&left_out, &limits, exec);
         Fault::of_report(&report).map_err(|fault| fault.of(&name))?;
     }
-    let mut sections = cache.sections().iter().enumerate().map(|(i, entry)| Section {
+    let compact = match options.compact {
+        Some(true) => Some(
+            CompactTrees::of(&cache.view())
+                .map_err(|malformed| CacheError::Unwritable { name: name.clone(), detail: malformed.to_string() })?,
+        ),
+        _ => None,
+    };
+    let stays = |entry: &SectionEntry| options.compact.is_none() || !COMPACT.contains(&entry.kind);
+    let sections = cache.sections().iter().enumerate().filter(|(_, entry)| stays(entry));
+    let mut sections = sections.map(|(i, entry)| Section {
         entry,
         data: cache.section_bytes(i).map(Cow::Borrowed),
         stored: cache.stored_bytes(i),
         packed: None,
     });
-    let (sealed, dropped) = repack(cache.header(), &mut sections, &name, options, exec)?;
+    let (sealed, dropped) = repack(cache.header(), &mut sections, compact.as_ref(), &name, options, exec)?;
     atomic::replace(to, |file| sealed.write_to(file))?;
     Ok(ConvertSummary { written: sealed.summary(), dropped })
 }
@@ -83,6 +101,9 @@ fn convert_sequence(
     exec: &Executor,
 ) -> Result<ConvertSummary, CacheError> {
     let name = from.display().to_string();
+    if options.compact == Some(true) {
+        return Err(CacheError::Unwritable { name, detail: "a sequence has no compact trees".into() });
+    }
     if options.write.check {
         sound_sequence(from, open, exec)?;
     }
@@ -101,7 +122,7 @@ fn convert_sequence(
         stored: sequence.stored_bytes(i),
         packed: packed.remove(&i),
     });
-    let (sealed, dropped) = repack(sequence.header(), &mut sections, &name, options, exec)?;
+    let (sealed, dropped) = repack(sequence.header(), &mut sections, None, &name, options, exec)?;
     atomic::replace(to, |file| sealed.write_to(std::io::BufWriter::new(file)))?;
     Ok(ConvertSummary { written: sealed.summary(), dropped })
 }
@@ -148,6 +169,7 @@ struct Section<'a> {
 fn repack<'a>(
     header: &Header,
     sections: &mut dyn Iterator<Item = Section<'a>>,
+    compact: Option<&'a CompactTrees>,
     name: &str,
     options: &ConvertOptions,
     exec: &Executor,
@@ -175,6 +197,13 @@ fn repack<'a>(
             Some(data) => Piece { entry: *entry, data: data.into(), form: Form::Decoded },
             None => Piece { entry: *entry, data: stored.into(), form: Form::Stored },
         });
+    }
+
+    if let Some(trees) = compact {
+        // They stand where the writer puts them.
+        let rank = |kind: SectionKind| KINDS.iter().position(|rule| rule.kind == kind).unwrap_or(usize::MAX);
+        let at = pieces.iter().position(|piece| rank(piece.entry.kind) > rank(COMPACT[0])).unwrap_or(pieces.len());
+        pieces.splice(at..at, COMPACT.map(|kind| piece_of_compact(trees, kind)));
     }
 
     // What was left out must not have been content: compare before anything is written.

@@ -31,6 +31,7 @@ impl Image {
             materials: named(sequence.materials()),
             sides: if sides.iter().all(|side| *side == 0) { Vec::new() } else { sides },
             vertices,
+            compact: None,
             flags: frame.tree_flags(),
         }
     }

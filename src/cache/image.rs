@@ -7,6 +7,7 @@ use bvhc_core::layout::orientation;
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::{Instance, Mesh, Part};
+use crate::trace::wide::CompactTrees;
 use crate::tree::{Accel, Node, Tree, quality};
 
 /// The content of a cache file in memory, ready to be written or traversed.
@@ -32,6 +33,8 @@ pub struct Image {
     pub sides: Vec<u32>,
     /// For each of `triangles` its vertices in the source; empty where they were not asked for.
     pub vertices: Vec<[u32; 3]>,
+    /// `CROW`, `CNOD` and `CREF`; `None` for a file of binary trees alone.
+    pub compact: Option<CompactTrees>,
     /// Bits of [`tree_flags`].
     pub flags: u32,
 }
@@ -155,6 +158,15 @@ impl Image {
                 "{triangles} triangles are in its trees, and {vertices} of them have vertices"
             )));
         }
+        Ok(())
+    }
+
+    /// Collapse the trees over triangles, so that the file has compact ones beside them.
+    ///
+    /// # Errors
+    /// Where the records are no trees, which those that were built are.
+    pub fn add_compact(&mut self) -> Result<(), CacheError> {
+        self.compact = Some(CompactTrees::of(&self.view()).map_err(|malformed| unwritable(malformed.to_string()))?);
         Ok(())
     }
 

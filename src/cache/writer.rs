@@ -17,6 +17,7 @@ use super::sealed::{Codec, Form, Piece, Sealed, WriteSummary};
 use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, SectionEntry, SectionKind};
 use super::{Image, Meta, atomic, tree_flags};
 use crate::exec::Executor;
+use crate::trace::wide::CompactTrees;
 use crate::tree::max_depth;
 
 /// Choices that change the file but not its content.
@@ -121,6 +122,10 @@ fn seal<'a>(
             SectionKind::BLAS => (image.blases.len(), cast_slice(&image.blases).into()),
             SectionKind::TNOD if two_level => (image.tlas_nodes.len(), cast_slice(&image.tlas_nodes).into()),
             SectionKind::INST if two_level => (image.instances.len(), cast_slice(&image.instances).into()),
+            SectionKind::CROW | SectionKind::CNOD | SectionKind::CREF => {
+                pieces.extend(image.compact.as_ref().map(|trees| piece_of_compact(trees, rule.kind)));
+                continue;
+            }
             SectionKind::VERT if !image.vertices.is_empty() => {
                 (image.vertices.len(), cast_slice(&image.vertices).into())
             }
@@ -136,17 +141,27 @@ fn seal<'a>(
             SectionKind::META => (0, meta_bytes.clone().into()),
             _ => continue,
         };
-        let entry = SectionEntry {
-            kind: rule.kind,
-            flags: rule.flags,
-            schema: rule.schema,
-            elem_size: rule.elem_size,
-            elem_count: count as u64,
-            ..SectionEntry::zeroed()
-        };
+        let entry = entry_of(rule.kind, count);
         pieces.push(Piece { entry, data: data.into(), form: Form::Decoded });
     }
     Sealed::new(header, pieces, options.codec, exec).map_err(CacheError::io("compress", Path::new(name)))
+}
+
+/// A section of compact trees.
+pub(super) fn piece_of_compact(trees: &CompactTrees, kind: SectionKind) -> Piece<'_> {
+    let (count, data): (usize, &[u8]) = match kind {
+        SectionKind::CROW => (trees.rows.len(), cast_slice(&trees.rows)),
+        SectionKind::CNOD => (trees.nodes.len(), cast_slice(&trees.nodes)),
+        _ => (trees.order.len(), cast_slice(&trees.order)),
+    };
+    Piece { entry: entry_of(kind, count), data: data.into(), form: Form::Decoded }
+}
+
+/// The entry of a section of so many records; where it stands, and its hashes, follow.
+fn entry_of(kind: SectionKind, count: usize) -> SectionEntry {
+    let known = kind.rule().map(|rule| (rule.flags, rule.schema, rule.elem_size)).unwrap_or_default();
+    let (flags, schema, elem_size) = known;
+    SectionEntry { kind, flags, schema, elem_size, elem_count: count as u64, ..SectionEntry::zeroed() }
 }
 
 /// An image that breaks a rule is a fault of the program; one that could not be looked into may be sound.

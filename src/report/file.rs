@@ -3,7 +3,8 @@
 use super::overlap::EpoReport;
 use super::rays::RayReport;
 use super::stats::{TreeReport, TreeStats};
-use crate::cache::View;
+use crate::cache::{CompactNode, View};
+use crate::trace::wide::WideView;
 use serde::Serialize;
 
 /// The figures of a file.
@@ -13,6 +14,10 @@ pub struct FileReport {
     pub file_len: u64,
     /// Bytes of the file per distinct triangle; 0 without triangles.
     pub bytes_per_triangle: f64,
+    /// Bytes of the BLASes' nodes per distinct triangle.
+    pub node_bytes_per_triangle: f64,
+    /// The same of compact trees, their rows and their order of references included; `None` in a file without them.
+    pub compact8_bytes_per_triangle: Option<f64>,
     /// 1, or 2 with a tree over instances.
     pub levels: u32,
     pub instances: u64,
@@ -68,7 +73,9 @@ impl FileReport {
         FileReport {
             path,
             file_len,
-            bytes_per_triangle: if blas.prims == 0 { 0.0 } else { file_len as f64 / blas.prims as f64 },
+            bytes_per_triangle: per_triangle(file_len, blas.prims),
+            node_bytes_per_triangle: per_triangle(size_of_val(view.nodes) as u64, blas.prims),
+            compact8_bytes_per_triangle: None,
             levels: if two_levels { 2 } else { 1 },
             instances: view.instances.len() as u64,
             instanced_triangles: if two_levels { instanced } else { blas.prims },
@@ -80,6 +87,18 @@ impl FileReport {
             notes: Vec::new(),
         }
     }
+}
+
+impl FileReport {
+    /// The figures of a file's compact trees besides.
+    pub fn with_compact(self, trees: &WideView<'_, 8, CompactNode>) -> FileReport {
+        let bytes = size_of_val(trees.rows) + size_of_val(trees.nodes) + size_of_val(trees.order);
+        FileReport { compact8_bytes_per_triangle: Some(per_triangle(bytes as u64, self.blas.prims)), ..self }
+    }
+}
+
+fn per_triangle(bytes: u64, triangles: u64) -> f64 {
+    if triangles == 0 { 0.0 } else { bytes as f64 / triangles as f64 }
 }
 
 impl BlasSpread {
@@ -124,6 +143,7 @@ mod tests {
         let flat = Accel { meshes: vec![mesh.clone()], blases: vec![tree.clone()], tlas: None, ..Accel::default() };
         let r = FileReport::of_view("flat".into(), 960, &Image::new(&flat, &Executor::sequential()).unwrap().view());
         assert_eq!((r.levels, r.instanced_triangles, r.bytes_per_triangle), (1, 1, 960.0));
+        assert_eq!((r.node_bytes_per_triangle, r.compact8_bytes_per_triangle), (64.0, None));
         assert!(r.blas_spread.is_none() && r.tlas.is_none());
 
         let place = |mesh| Instance { mesh, transform: Affine::IDENTITY, node: 0, name: String::new() };

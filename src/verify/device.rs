@@ -20,6 +20,11 @@ pub trait Device {
     fn description(&self) -> String;
     /// Why its answers may differ from the CPU's in their last bits; `None` where they must be equal bit for bit.
     fn deviation(&self) -> Option<String>;
+    /// Whether, of a triangle that stands in several leaves, it may name another record than the CPU does.
+    fn names_any_copy(&self) -> bool {
+        false
+    }
+
     /// One record per ray, in order.
     fn trace(&mut self, rays: &[Ray], query: Query) -> Result<Vec<HitRecord>, DeviceError>;
 

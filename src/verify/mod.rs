@@ -1,7 +1,7 @@
 //! Verification: does traversing a file give the right hits on the device that will do it?
 //!
-//! A [`Device`] traces rays through a [`View`](crate::cache::View) and answers in 32-byte records; the CPU is one, every OpenCL device
-//! another. The oracle of [`trace::brute`](crate::trace::brute) judges a sample of the answers, devices are compared with the CPU on all
+//! A [`Device`] traces rays through a [`View`](crate::cache::View) and answers in 32-byte records; the CPU is one, its traversal of compact trees
+//! another, and so is every OpenCL device. The oracle of [`trace::brute`](crate::trace::brute) judges a sample of the answers, devices are compared with the CPU on all
 //! of them, and every difference goes to the oracle.
 //!
 //! | file | holds |
@@ -41,7 +41,7 @@ pub mod watertight;
 
 pub use blame::Blame;
 pub use class::{Class, Counts};
-pub use cpu::Cpu;
+pub use cpu::{Compact, Cpu};
 pub use device::{Device, DeviceError, Query};
 pub use outcome::{DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Outcome};
 #[cfg(feature = "cli")]

@@ -18,6 +18,7 @@ mod frames;
 mod inputs;
 mod inspect;
 mod interrupt;
+mod nodes;
 mod outputs;
 mod precision;
 mod sequences;

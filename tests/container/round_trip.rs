@@ -3,8 +3,11 @@ use bvhc::cache::{
     write_file,
 };
 use bvhc::exec::Executor;
+use bvhc::trace::wide::CompactTrees;
 use proptest::prelude::*;
 
+use crate::common::vectors::scenes::two_level;
+use crate::common::vectors::valid;
 use crate::images::{any_image, empty, meta, one_triangle, two_instances};
 
 /// Images of any content, most of which break rules about records.
@@ -34,6 +37,11 @@ fn content(cache: &Cache) -> Image {
             Vec::new()
         },
         vertices: cache.vertices().to_vec(),
+        compact: cache.compact().map(|wide| CompactTrees {
+            nodes: wide.nodes.to_vec(),
+            rows: wide.rows.to_vec(),
+            order: wide.order.to_vec(),
+        }),
         flags: cache.header().tree_flags,
     }
 }
@@ -113,6 +121,38 @@ fn raw_to_zstd_to_raw_keeps_the_content_and_gives_the_same_bytes() {
     // In place, and without mapping.
     convert(&raw, &raw, &OpenOptions { mmap: false, ..hash_level() }, &to_zstd, &Executor::current()).unwrap();
     assert_eq!(content(&Cache::open(&raw).unwrap()), image);
+}
+
+/// Compact trees come and go, and nothing else changes: what is added is what a build adds, and without it the file is what it was.
+#[test]
+fn compact_trees_are_added_and_left_out_with_the_same_content() {
+    let folder = tempfile::tempdir().unwrap();
+    let [binary, both, converted, again] = ["binary", "both", "converted", "again"].map(|n| folder.path().join(n));
+    for image in [valid::empty(), valid::plane(), valid::duplicates(), two_level()] {
+        let with = |compact| ConvertOptions { write: RAW, compact, ..ConvertOptions::default() };
+        let go = |from: &_, to: &_, compact| {
+            convert(from, to, &hash_level(), &with(compact), &Executor::current()).unwrap().written.header
+        };
+        let first = write_file(&binary, &image, &meta(), &RAW, &Executor::current()).unwrap().header;
+        let mut wide = image.clone();
+        wide.add_compact().unwrap();
+        let second = write_file(&both, &wide, &meta(), &RAW, &Executor::current()).unwrap().header;
+        assert_eq!((first.content_id, first.build_key), (second.content_id, second.build_key));
+        assert_eq!((first.minor, second.minor, second.min_minor), (0, 4, 0));
+        assert_eq!(content(&Cache::open(&both).unwrap()).compact, wide.compact.filter(|trees| !trees.rows.is_empty()));
+
+        let read = |path: &_| std::fs::read(path).unwrap();
+        go(&binary, &converted, Some(true));
+        assert!(read(&converted) == read(&both));
+        go(&both, &converted, Some(true));
+        assert!(read(&converted) == read(&both));
+        go(&both, &converted, None);
+        assert!(read(&converted) == read(&both));
+        go(&both, &again, Some(false));
+        assert!(read(&again) == read(&binary));
+        go(&binary, &again, Some(false));
+        assert!(read(&again) == read(&binary));
+    }
 }
 
 #[test]

@@ -4,7 +4,9 @@
 
 mod source;
 
-pub use bvhc_core::cache::check::{Finding, Level, Limits, Place, Report, check_records, check_sides, check_vertices};
+pub use bvhc_core::cache::check::{
+    CompactRecords, Finding, Level, Limits, Place, Report, check_compact, check_records, check_sides, check_vertices,
+};
 pub use source::Source;
 
 use bvhc_core::cache::check as core;
@@ -34,6 +36,10 @@ pub fn check_bytes(
 pub fn check_image(image: &Image, limits: &Limits, exec: &Executor) -> Report {
     let view = image.view();
     let mut report = check_records(&view, image.flags, None, limits, exec);
+    if let Some(compact) = image.compact.as_ref().filter(|_| report.is_valid()) {
+        let (rows, nodes, order) = (Some(&compact.rows[..]), Some(&compact.nodes[..]), Some(&compact.order[..]));
+        report.append(check_compact(&view, &CompactRecords { rows, nodes, order }, limits, exec));
+    }
     if !image.vertices.is_empty() {
         report.append(check_vertices(&view, &image.vertices, limits, exec));
     }

@@ -1,6 +1,7 @@
 //! `bvhc convert`: another codec, the same content; or one frame of a sequence as a still file.
 
 use super::build::clip_of;
+use super::build::options::NodeForm;
 use super::build::parse_codec;
 use super::build::same_file;
 use crate::cache::{self, Codec, ConvertOptions, Dependency, FrameRecord, Header, Image, Meta, Sequence, WriteOptions};
@@ -21,7 +22,7 @@ use std::path::{Path, PathBuf};
 /// Store a cache file with another codec; its content stays the same, and so does its content id
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  bvhc convert rock.bvhc -o rock.small.bvhc --codec zstd:19\n  bvhc convert rock.small.bvhc -o rock.bvhc --codec raw\n  bvhc convert heli.bvhc -o heli.7.bvhc --frame 7            one frame of a sequence"
+    after_help = "Examples:\n  bvhc convert rock.bvhc -o rock.small.bvhc --codec zstd:19\n  bvhc convert rock.small.bvhc -o rock.bvhc --codec raw\n  bvhc convert rock.bvhc -o rock.wide.bvhc --nodes compact8  rays are traced faster\n  bvhc convert heli.bvhc -o heli.7.bvhc --frame 7            one frame of a sequence"
 )]
 pub struct ConvertArgs {
     /// Cache file to read
@@ -37,6 +38,9 @@ pub struct ConvertArgs {
     /// usually 9) and zstd in a still file
     #[arg(long, value_name = "raw|zstd[:LEVEL]|compact[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
     codec: Codec,
+    /// In which forms the trees are stored: binary always, and with compact8 also with eight children a node [default: those that IN has]
+    #[arg(long, value_name = "FORM,…", value_enum, value_delimiter = ',')]
+    nodes: Vec<NodeForm>,
     /// Write over a file that is no cache, too
     #[arg(short, long)]
     force: bool,
@@ -71,10 +75,18 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
         outputs::may_replace(&args.output)?;
     }
     let write = WriteOptions { codec: args.codec, ..WriteOptions::default() };
-    let options = ConvertOptions { write, strip_unknown: args.strip_unknown, drop_meta: args.drop_meta };
+    let compact = Some(NodeForm::any_compact(&args.nodes)).filter(|_| !args.nodes.is_empty());
+    let options = ConvertOptions { write, compact, strip_unknown: args.strip_unknown, drop_meta: args.drop_meta };
 
     if let Some(number) = args.frame {
         return extract(args, number, write, context);
+    }
+
+    if compact == Some(true) && caches::is_sequence(&args.input, context) {
+        let action = format!("cannot convert {}", names::path(&args.input));
+        return Err(Failure::new(Exit::Usage, action)
+            .fact("--nodes compact8 is about still files, and this is a sequence")
+            .help("leave it out, or add --frame N to take one frame out"));
     }
 
     // The permission to write is held over the reading too: the library does both in one step.
@@ -123,7 +135,10 @@ fn tell(
 fn extract(args: &ConvertArgs, number: i32, write: WriteOptions, context: &Context) -> Result<Exit, Failure> {
     let sequence = caches::open_sequence(&args.input, context)?;
     let frame = caches::frame(&sequence, &args.input, number, context)?;
-    let image = Image::of_frame(&sequence, &frame);
+    let mut image = Image::of_frame(&sequence, &frame);
+    if NodeForm::any_compact(&args.nodes) {
+        image.add_compact().map_err(|e| caches::failure(&e))?;
+    }
     let meta = sequence.meta().map(|meta| still_meta(meta, &sequence, number)).unwrap_or_else(|| Meta {
         tool: "bvhc".to_string(),
         tool_version: env!("CARGO_PKG_VERSION").to_string(),

@@ -120,7 +120,11 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
         let epo = args.epo.unwrap_or(Epo::Auto).mode().map(|mode| EpoReport::of_view(&view, mode, &context.exec));
         let notes = opened.meta().map_or_else(Vec::new, |meta| meta.notes.clone());
         let rays = (count > 0).then(|| RayReport::of_view(&view, count, &context.exec));
-        Ok(FileReport { epo, rays, notes, ..FileReport::of_view(name, opened.header().file_len, &view) })
+        let report = FileReport { epo, rays, notes, ..FileReport::of_view(name, opened.header().file_len, &view) };
+        Ok(match opened.compact() {
+            Some(trees) => report.with_compact(&trees),
+            None => report,
+        })
     });
     if args.compare {
         return match exit {
@@ -230,6 +234,11 @@ fn text(reports: &[FileReport], paths: &[PathBuf], depths: bool) -> String {
     for (label, cell) in ROWS {
         table.row(label, reports.iter().map(cell));
     }
+    if reports.iter().any(|r| r.compact8_bytes_per_triangle.is_some()) {
+        let each = |bytes: Option<f64>| bytes.map_or_else(dash, |bytes| format!("{bytes:.1}"));
+        table.row("  binary nodes", reports.iter().map(|r| each(Some(r.node_bytes_per_triangle))));
+        table.row("  compact8 nodes", reports.iter().map(|r| each(r.compact8_bytes_per_triangle)));
+    }
     if reports.iter().any(|r| r.blas_spread.is_some()) {
         for (label, cell) in SPREAD_ROWS {
             table.row(label, reports.iter().map(|r| r.blas_spread.as_ref().map_or_else(dash, cell)));
@@ -292,7 +301,7 @@ fn counted(n: u64, of: u64) -> String {
 /// A figure as a machine reads it; the shortest text that gives the same number back.
 type Column = (&'static str, fn(&FileReport) -> String);
 
-const COLUMNS: [Column; 29] = [
+const COLUMNS: [Column; 31] = [
     ("file_len", |r| r.file_len.to_string()),
     ("levels", |r| r.levels.to_string()),
     ("trees", |r| r.blas.trees.to_string()),
@@ -322,6 +331,10 @@ const COLUMNS: [Column; 29] = [
     ("instanced_triangles", |r| r.instanced_triangles.to_string()),
     ("tlas_nodes", |r| r.tlas.as_ref().map_or_else(String::new, |t| t.nodes.to_string())),
     ("tlas_sah", |r| r.tlas.as_ref().map_or_else(String::new, |t| t.sah.to_string())),
+    ("node_bytes_per_triangle", |r| r.node_bytes_per_triangle.to_string()),
+    ("compact8_bytes_per_triangle", |r| {
+        r.compact8_bytes_per_triangle.map_or_else(String::new, |bytes| bytes.to_string())
+    }),
 ];
 
 fn epo_column(report: &FileReport, cell: fn(&EpoReport) -> String) -> String {

@@ -3,6 +3,7 @@
 mod judge;
 
 use crate::build::Progress;
+use crate::cache::View;
 use crate::geom::Ray;
 use crate::trace::brute::Answer;
 use crate::trace::compare::{passes_over, stands};
@@ -96,6 +97,9 @@ impl Run<'_> {
         let mut answers = Vec::new();
         for (i, device) in others.iter_mut().enumerate() {
             let mut answer = self.ask(i + 1, batch, device.as_mut(), &rays, closest)?;
+            if let Some(records) = answer.closest.as_mut().filter(|_| device.names_any_copy()) {
+                name_copies(records, truth, &self.subject.view);
+            }
             if let Some(records) = &answer.closest {
                 answer.unlike_brute = self.unlike_brute(i + 1, batch, device.as_mut(), &rays, records)?;
             }
@@ -255,6 +259,19 @@ impl Run<'_> {
             sample.iter().zip(&brute).filter(|(k, b)| unlike(&records[**k], b)).map(|(k, _)| *k).collect();
         counts.brute_unlike += unlike.len() as u64;
         Ok(unlike)
+    }
+}
+
+/// Where a device names another record of the triangle that the reference names, and nothing else differs, let it name the reference's.
+fn name_copies(records: &mut [HitRecord], truth: &[HitRecord], view: &View<'_>) {
+    let is_of = |record: &HitRecord| {
+        let triangle = view.triangles.get(record.triangle as usize);
+        triangle.is_some_and(|t| (t.geom, t.prim) == (record.geom, record.prim))
+    };
+    for (record, right) in records.iter_mut().zip(truth).filter(|(record, right)| record.is_hit() && right.is_hit()) {
+        if is_of(record) && (HitRecord { triangle: right.triangle, ..*record }) == *right {
+            record.triangle = right.triangle;
+        }
     }
 }
 

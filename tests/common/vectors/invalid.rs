@@ -15,7 +15,7 @@ use bytemuck::Zeroable;
 use super::bytes::{self, file, put_together, refix, sign, take_apart, with_entry, with_header};
 use super::scenes::{self, comb, cut_in_two, one_level, pile, restate_sah, sheet, tree, two_level};
 use super::sequences::{self, Sequence};
-use super::valid;
+use super::{compact, valid};
 
 /// A file that breaks one rule.
 pub struct Invalid {
@@ -52,11 +52,22 @@ pub struct Model {
 
 /// One file for each rule of the catalogue and some further ones, in no order.
 pub fn all() -> Vec<Invalid> {
-    let groups = [container(), hashes(), counts(), topology(), triangles(), instances(), source(), sequence(), cases()];
+    let groups = [
+        container(),
+        hashes(),
+        counts(),
+        topology(),
+        triangles(),
+        compact::all(),
+        instances(),
+        source(),
+        sequence(),
+        cases(),
+    ];
     groups.into_iter().flatten().collect()
 }
 
-fn broken(rule: &'static Rule, bytes: Vec<u8>) -> Invalid {
+pub(super) fn broken(rule: &'static Rule, bytes: Vec<u8>) -> Invalid {
     Invalid { rule, case: "", bytes, packed: false, source: None, limits: Limits::default() }
 }
 
@@ -181,7 +192,7 @@ fn replace(bytes: &mut [u8], old: &[u8], new: &[u8]) {
 }
 
 /// A file made from an edited image; the SAH follows the edit.
-fn image(rule: &'static Rule, mut image: Image, edit: impl FnOnce(&mut Image)) -> Invalid {
+pub(super) fn image(rule: &'static Rule, mut image: Image, edit: impl FnOnce(&mut Image)) -> Invalid {
     edit(&mut image);
     restate_sah(&mut image);
     broken(rule, file(&image))

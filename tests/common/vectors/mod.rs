@@ -6,6 +6,7 @@
 #![allow(dead_code)]
 
 pub mod bytes;
+pub mod compact;
 pub mod invalid;
 pub mod scenes;
 pub mod sequences;

@@ -7,7 +7,7 @@ use bvhc::exec::Executor;
 
 use super::bytes::{self, file};
 use super::scenes::{self, comb, cut_in_two, one_level, parts_mesh, sheet, soup, tree, two_level};
-use super::sequences;
+use super::{compact, sequences};
 
 /// One valid file.
 pub struct Valid {
@@ -33,6 +33,8 @@ pub fn all() -> Vec<Valid> {
         raw("unknown-ancillary-section", unknown_ancillary()),
         raw("longer-header", longer_header()),
         raw("origins", file(&origins())),
+        raw("compact", file(&compact::flat())),
+        raw("compact-two-level", file(&compact::added(two_level()))),
         Valid { name: "zstd", bytes: packed(), packed: true },
         raw("sequence-refitted", sequences::refitted().file()),
         raw("sequence-rebuilt", sequences::rebuilt().file()),

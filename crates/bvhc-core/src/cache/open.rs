@@ -119,6 +119,9 @@ impl<'a> Opened<'a> {
             blas: find(SectionKind::BLAS),
             tnod: find(SectionKind::TNOD),
             inst: find(SectionKind::INST),
+            crow: find(SectionKind::CROW),
+            cnod: find(SectionKind::CNOD),
+            cref: find(SectionKind::CREF),
             vert: find(SectionKind::VERT),
             side: find(SectionKind::SIDE),
             nams: find(SectionKind::NAMS),
@@ -209,6 +212,17 @@ impl<'a> Opened<'a> {
         let view = self.view();
         let mut report = check::check_records(&view, self.header().tree_flags, Some(self.header()), &limits, exec);
         let section = |place: Option<usize>| place.and_then(|i| self.section_bytes(i));
+        let places = &self.places;
+        // One that cannot be decoded is passed over, as if the file had no compact trees.
+        let is_unread = |place: Option<usize>| place.is_some() && section(place).is_none();
+        if report.is_valid() && ![places.crow, places.cnod, places.cref].into_iter().any(is_unread) {
+            let compact = check::CompactRecords {
+                rows: section(places.crow).map(|_| self.compact_rows()),
+                nodes: section(places.cnod).map(|_| self.compact_nodes()),
+                order: section(places.cref).map(|_| self.compact_order()),
+            };
+            report.append(check::check_compact(&view, &compact, &limits, exec));
+        }
         if section(self.places.vert).is_some() {
             report.append(check::check_vertices(&view, self.records(self.places.vert), &limits, exec));
         }

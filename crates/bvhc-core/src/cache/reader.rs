@@ -10,7 +10,9 @@ use super::container::Container;
 use super::file_bytes::{FileBytes, to_usize};
 use super::options::Validation;
 use super::{Header, Meta, View};
-use crate::layout::{BlasRecord, GeomRecord, InstanceRecord, Node, SectionEntry, SectionKind, TriangleRecord};
+use crate::layout::{
+    BlasRecord, CompactNode, GeomRecord, InstanceRecord, Node, SectionEntry, SectionKind, TriangleRecord, WideRow,
+};
 
 /// An open cache file that owns or maps its bytes.
 pub type Cache = Opened<'static>;
@@ -38,6 +40,9 @@ pub(super) struct Places {
     pub blas: Option<usize>,
     pub tnod: Option<usize>,
     pub inst: Option<usize>,
+    pub crow: Option<usize>,
+    pub cnod: Option<usize>,
+    pub cref: Option<usize>,
     pub vert: Option<usize>,
     pub side: Option<usize>,
     pub nams: Option<usize>,
@@ -124,6 +129,21 @@ impl Opened<'_> {
     /// see [`Cache::instance_record`](Opened::instance_record).
     pub fn instances(&self) -> &[InstanceRecord] {
         self.records(self.places.inst)
+    }
+
+    /// `CROW`: one row for each compact tree. Empty in a file without them, as are the nodes and the order.
+    pub fn compact_rows(&self) -> &[WideRow] {
+        self.records(self.places.crow)
+    }
+
+    /// `CNOD`: the nodes of all compact trees; where each begins, [`WideRow::node_offset`] says.
+    pub fn compact_nodes(&self) -> &[CompactNode] {
+        self.records(self.places.cnod)
+    }
+
+    /// `CREF`: for each reference of a compact tree the triangle of the tree that it is; those of a tree stand where its triangles do.
+    pub fn compact_order(&self) -> &[u32] {
+        self.records(self.places.cref)
     }
 
     /// The decoded bytes of section `index` of [`Cache::sections`]; `None` for an unknown codec, for a section that may be ignored and

@@ -13,13 +13,13 @@ impl Opened<'_> {
     ///
     /// For tools that pass a file on or vouch for it. To trace rays, [`Validation::Tree`](super::Validation::Tree) is enough.
     pub fn check(&self, limits: &Limits, exec: &Executor) -> Report {
-        self.check_without(None, limits, exec)
+        self.check_without(&[], limits, exec)
     }
 
-    /// [`Opened::check`] as if there were no section of this kind: for a tool that leaves it out.
-    pub fn check_without(&self, left_out: Option<SectionKind>, limits: &Limits, exec: &Executor) -> Report {
+    /// [`Opened::check`] as if there were no sections of these kinds: for a tool that leaves them out.
+    pub fn check_without(&self, left_out: &[SectionKind], limits: &Limits, exec: &Executor) -> Report {
         let mut out = Report::new(limits.max_issues);
-        let is_asked = |entry: &SectionEntry| Some(entry.kind) != left_out;
+        let is_asked = |entry: &SectionEntry| !left_out.contains(&entry.kind);
         for (i, entry) in self.sections().iter().enumerate().filter(|(_, entry)| is_asked(entry)) {
             if entry.codec == SectionEntry::ZSTD && self.section_bytes(i).is_none() {
                 check::check_packed(entry, self.stored_bytes(i), &mut out, exec);

@@ -10,7 +10,7 @@ use crate::geom::Aabb;
 ///
 /// Children that are nodes are consecutive records from `first_node` on, in the order of their lanes. The references of leaves are consecutive
 /// from `first_ref` on, likewise: so neither needs a number of its own.
-#[repr(C, align(16))]
+#[repr(C, align(8))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct CompactNode {
     /// Bits of the near corner of the node's own box, three `f32`.
@@ -36,22 +36,21 @@ crate::pod::plain! {
 }
 
 impl CompactNode {
-    /// Near corner of the grid.
+    /// Where the grid begins on an axis.
     #[inline(always)]
-    pub fn corner(&self) -> [f32; 3] {
-        self.origin.map(f32::from_bits)
+    pub fn corner(&self, axis: usize) -> f32 {
+        f32::from_bits(self.origin[axis])
     }
 
-    /// The grid's steps.
+    /// The grid's step on an axis.
     #[inline(always)]
-    pub fn scale(&self) -> [f32; 3] {
-        self.exponents.map(step)
+    pub fn scale(&self, axis: usize) -> f32 {
+        step(self.exponents[axis])
     }
 
     /// The box of the child in a lane, as traversal sees it.
     pub fn bounds(&self, lane: usize) -> Aabb {
-        let (corner, scale) = (self.corner(), self.scale());
-        let plane = |row: usize| decode(corner[row % 3], scale[row % 3], self.planes[row][lane]);
+        let plane = |row: usize| decode(self.corner(row % 3), self.scale(row % 3), self.planes[row][lane]);
         Aabb { min: [0, 1, 2].map(plane), max: [3, 4, 5].map(plane) }
     }
 
@@ -149,7 +148,7 @@ mod tests {
                         "{node:?} of {boxes:?}"
                     );
                     // The next planes inward would cut it.
-                    let (origin, scale) = (node.corner()[axis], node.scale()[axis]);
+                    let (origin, scale) = (node.corner(axis), node.scale(axis));
                     let [low, high] = [node.planes[axis][lane], node.planes[axis + 3][lane]];
                     assert!(low == 255 || decode(origin, scale, low + 1) > b.min[axis] || scale == 0.0, "{node:?}");
                     assert!(high == 0 || decode(origin, scale, high - 1) < b.max[axis], "{node:?}");
@@ -158,7 +157,7 @@ mod tests {
             for axis in 0..3 {
                 let end = boxes.iter().map(|b| b.max[axis]).fold(f32::NEG_INFINITY, f32::max);
                 let finer = node.exponents[axis].checked_sub(1);
-                assert!(finer.is_none_or(|e| decode(node.corner()[axis], step(e), 255) < end), "{node:?} of {boxes:?}");
+                assert!(finer.is_none_or(|e| decode(node.corner(axis), step(e), 255) < end), "{node:?} of {boxes:?}");
             }
         }
     }

@@ -23,4 +23,4 @@ pub use records::{
 pub use section::{KINDS, KindRule, Presence, SectionEntry, SectionKind, minor_of, section_flags};
 pub use sequence::{FrameRecord, IndexedTriangleRecord, PoseRecord, TopologyRecord};
 pub use view::{BlasView, View};
-pub use wide::WideNode;
+pub use wide::{WideNode, WideRow};

@@ -103,6 +103,12 @@ impl SectionKind {
     pub const TNOD: SectionKind = SectionKind(*b"TNOD");
     /// Instances in TLAS leaf order: [`InstanceRecord`](super::InstanceRecord).
     pub const INST: SectionKind = SectionKind(*b"INST");
+    /// Rows of compact trees, one for each of `BLAS`: [`WideRow`](super::WideRow). Since version 1.4.
+    pub const CROW: SectionKind = SectionKind(*b"CROW");
+    /// Nodes of compact trees, tree after tree: [`CompactNode`](super::CompactNode). Since version 1.4.
+    pub const CNOD: SectionKind = SectionKind(*b"CNOD");
+    /// For each reference of compact trees the record of `TRIS` that it is, counted from the tree's own start. Since version 1.4.
+    pub const CREF: SectionKind = SectionKind(*b"CREF");
     /// Which vertices of the source each triangle has: three numbers for each record of `TRIS`. Since version 1.1.
     pub const VERT: SectionKind = SectionKind(*b"VERT");
     /// Which parts were mirrored when they were baked: a word of [`side_flags`](super::side_flags) for each row of `GEOM`. Since version 1.1.
@@ -189,10 +195,12 @@ pub enum Presence {
     Sequence,
     /// Wherever the writer has something to say.
     Optional,
+    /// In still files alone, wherever the writer has something to say.
+    StillOptional,
 }
 
 /// The kinds of this version, in the order in which this crate writes them.
-pub const KINDS: [KindRule; 16] = {
+pub const KINDS: [KindRule; 19] = {
     use section_flags::{CONTENT, COPY_SAFE, CRITICAL};
     const fn rule(kind: SectionKind, flags: u32, elem_size: u32, presence: Presence) -> KindRule {
         KindRule { kind, schema: 1, flags, elem_size, presence, ordinals: 1, since: 0 }
@@ -216,6 +224,9 @@ pub const KINDS: [KindRule; 16] = {
         since(2, rule(SectionKind::POSE, RECORDS, 64, Presence::Sequence)),
         since(2, several(rule(SectionKind::VPOS, RECORDS, 12, Presence::Sequence))),
         since(2, rule(SectionKind::FRAM, RECORDS, 32, Presence::Sequence)),
+        since(4, rule(SectionKind::CROW, COPY_SAFE, 16, Presence::StillOptional)),
+        since(4, rule(SectionKind::CNOD, COPY_SAFE, 80, Presence::StillOptional)),
+        since(4, rule(SectionKind::CREF, COPY_SAFE, 4, Presence::StillOptional)),
         since(1, rule(SectionKind::VERT, COPY_SAFE | CONTENT, 12, Presence::Optional)),
         since(1, rule(SectionKind::SIDE, COPY_SAFE | CONTENT, 4, Presence::Optional)),
         rule(SectionKind::NAMS, COPY_SAFE, 0, Presence::Optional),

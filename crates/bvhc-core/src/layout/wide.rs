@@ -1,4 +1,4 @@
-//! A node of a wide tree.
+//! A node of a wide tree, and what a file says of each tree.
 
 use crate::geom::Aabb;
 
@@ -19,7 +19,22 @@ pub struct WideNode<const N: usize> {
 
 const _: () = assert!(size_of::<WideNode<4>>() == 128 && size_of::<WideNode<8>>() == 256);
 
+/// One wide tree among all, 16 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WideRow {
+    /// First of its nodes, which is the root.
+    pub node_offset: u64,
+    /// How many nodes it has; 0 for a tree without triangles.
+    pub node_count: u32,
+    /// The most children that wait to be entered at once, those of the node that is being entered included.
+    pub waiting: u32,
+}
+
+const _: () = assert!(size_of::<WideRow>() == 16);
+
 crate::pod::plain! {
+    WideRow = [u64, [u32; 2]];
     WideNode<4> = [[[f32; 4]; 6], [[u32; 4]; 2]];
     WideNode<8> = [[[f32; 8]; 6], [[u32; 8]; 2]];
 }

@@ -108,13 +108,17 @@ impl Register {
     /// Columns of the matrix with these rows.
     #[inline(always)]
     pub fn transpose(rows: [Register; 4]) -> [Register; 4] {
-        ops::transpose(rows.map(|row| row.0)).map(Register)
+        let [a, b, c, d] = rows;
+        let [a, b, c, d] = ops::transpose([a.0, b.0, c.0, d.0]);
+        [Register(a), Register(b), Register(c), Register(d)]
     }
 
     /// The first three columns of the matrix with these rows and the last row once more.
     #[inline(always)]
     pub fn transpose_three(rows: [Register; 3]) -> [Register; 3] {
-        ops::transpose_three(rows.map(|row| row.0)).map(Register)
+        let [a, b, c] = rows;
+        let [a, b, c] = ops::transpose_three([a.0, b.0, c.0]);
+        [Register(a), Register(b), Register(c)]
     }
 }
 

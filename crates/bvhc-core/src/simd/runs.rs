@@ -35,8 +35,14 @@ impl Runs<8> for Widest {
     fn run<W: Work<8>>(work: W) -> W::Out {
         #[cfg(target_arch = "x86_64")]
         if level() == Level::Avx2 {
+            // A closure that is large stays a function of its own otherwise, which is not translated for AVX2: each operation is a call there.
             // SAFETY: the only precondition is AVX2, and the processor was just asked for it.
-            return unsafe { avx2::run(|door| work.run::<avx2::Octet>(door)) };
+            return unsafe {
+                avx2::run(
+                    #[inline(always)]
+                    |door| work.run::<avx2::Octet>(door),
+                )
+            };
         }
         work.run::<[Register; 2]>(())
     }

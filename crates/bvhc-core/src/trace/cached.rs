@@ -1,12 +1,13 @@
 //! Asking an open file directly.
 
 use super::batch::answer_all;
+use super::wide::WideView;
 use super::{BatchError, Hit, Malformed, any_hit, closest_hit};
 use crate::cache::Opened;
 use crate::exec::Executor;
 use crate::geom::vector::{cross, sub};
 use crate::geom::{Affine, Ray};
-use crate::layout::View;
+use crate::layout::{CompactNode, View};
 
 impl View<'_> {
     /// The nearest hit of each of many rays, as [`closest_hit`](super::closest_hit) finds it, shared among the threads of `exec`.
@@ -44,12 +45,22 @@ impl Opened<'_> {
         Some([0, 1, 2].map(|i| rows[0][i] * n[0] + rows[1][i] * n[1] + rows[2][i] * n[2]))
     }
 
-    /// The nearest point where the ray meets the scene; see [`closest_hit`](super::closest_hit).
+    /// The compact trees of the file with the scene that they are about; `None` in a file without them, and where their sections do not belong to it.
+    pub fn compact(&self) -> Option<WideView<'_, 8, CompactNode>> {
+        let (rows, view) = (self.compact_rows(), self.view());
+        let order = self.compact_order();
+        let is_of_file = !rows.is_empty() && rows.len() == view.blases.len() && order.len() == view.triangles.len();
+        is_of_file.then(|| WideView { view, nodes: self.compact_nodes(), rows, order })
+    }
+
+    /// The nearest point where the ray meets the scene; see [`closest_hit`](super::closest_hit). It is traced through the compact trees where the file
+    /// has them, with the same answer to the last bit; only the [record](Hit::triangle) of a triangle that stands in several leaves may then be
+    /// another one of it.
     ///
     /// # Errors
     /// Where the tree is malformed, which only a file opened below [`Validation::Tree`](crate::cache::Validation::Tree) can be.
     pub fn closest_hit(&self, ray: &Ray) -> Result<Option<Hit>, Malformed> {
-        closest_hit(&self.view(), ray)
+        self.compact().map_or_else(|| closest_hit(&self.view(), ray), |wide| wide.closest_hit(ray))
     }
 
     /// Whether the ray meets anything; see [`any_hit`](super::any_hit).
@@ -57,14 +68,18 @@ impl Opened<'_> {
     /// # Errors
     /// As [`Opened::closest_hit`].
     pub fn any_hit(&self, ray: &Ray) -> Result<bool, Malformed> {
-        any_hit(&self.view(), ray)
+        self.compact().map_or_else(|| any_hit(&self.view(), ray), |wide| wide.any_hit(ray))
     }
 
-    /// The nearest hit of each of many rays, on all threads with the feature `rayon`, else on this one; see [`View::closest_hits`].
+    /// The nearest hit of each of many rays, on all threads with the feature `rayon`, else on this one; see [`View::closest_hits`] and
+    /// [`Opened::closest_hit`].
     ///
     /// # Errors
     /// As [`Opened::closest_hit`], and where there are not as many places for hits as rays.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), BatchError> {
-        self.view().closest_hits(rays, hits, &Executor::current())
+        match self.compact() {
+            Some(wide) => wide.closest_hits(rays, hits, &Executor::current()),
+            None => self.view().closest_hits(rays, hits, &Executor::current()),
+        }
     }
 }

@@ -102,18 +102,15 @@ impl EdgeRay {
 
     /// A bit for each of four triangles that `surely_misses` does not reject: the same arithmetic, with a triangle in each lane instead
     /// of a corner.
+    ///
+    /// Nothing here maps an array: that is a call where it stands in code for wider vectors, with registers through memory.
     #[inline(always)]
     pub fn may_cross<const AXIS: usize>(&self, triangles: [&TriangleRecord; 4]) -> u32 {
-        let (kx, ky) = others(AXIS);
-        let rows: [[[f32; 4]; 3]; 4] = triangles.map(|triangle| bytemuck::cast(*triangle));
-        let corners = [0, 1, 2].map(|corner| {
-            let axes = Register::transpose(rows.map(|row| Register::of(row[corner]) - self.filter_origin));
-            let z = axes[AXIS];
-            let (x, y) = (axes[kx] - self.shear[0] * z, axes[ky] - self.shear[1] * z);
-            let reach = x.abs() + y.abs();
-            let error = (reach + z.abs()) * Register::splat(4.0 * f32::EPSILON) + self.slack;
-            [x, y, reach + error, error]
-        });
+        let corners = [
+            self.corners::<AXIS>(triangles, 0),
+            self.corners::<AXIS>(triangles, 1),
+            self.corners::<AXIS>(triangles, 2),
+        ];
         let (mut left, mut right) = (0, 0);
         for (corner, previous) in [(0, 2), (1, 0), (2, 1)] {
             let [x, y, reach, error] = corners[corner];
@@ -124,6 +121,23 @@ impl EdgeRay {
             right |= side.less(bound.negated());
         }
         !(left & right) & 0b1111
+    }
+
+    /// One corner of four triangles for [`EdgeRay::may_cross`]: sheared, with how far it reaches and its error.
+    #[inline(always)]
+    fn corners<const AXIS: usize>(&self, triangles: [&TriangleRecord; 4], corner: usize) -> [Register; 4] {
+        let (kx, ky) = others(AXIS);
+        let row = |triangle: &TriangleRecord| {
+            let rows: &[[f32; 4]; 3] = bytemuck::cast_ref(triangle);
+            Register::of(rows[corner]) - self.filter_origin
+        };
+        let [a, b, c, d] = triangles;
+        let axes = Register::transpose([row(a), row(b), row(c), row(d)]);
+        let z = axes[AXIS];
+        let (x, y) = (axes[kx] - self.shear[0] * z, axes[ky] - self.shear[1] * z);
+        let reach = x.abs() + y.abs();
+        let error = (reach + z.abs()) * Register::splat(4.0 * f32::EPSILON) + self.slack;
+        [x, y, reach + error, error]
     }
 
     /// Where the ray's line crosses the triangle, edges and corners included. A triangle seen edge-on has no crossing.

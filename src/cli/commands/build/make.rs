@@ -1,6 +1,7 @@
 //! One build from model to file.
 
 use super::inputs;
+use super::options::NodeForm;
 use super::outcome::{Arrival, Built, Model, Times};
 use super::plan::{Job, same_file};
 use super::remarks::Remarks;
@@ -103,10 +104,13 @@ impl Workshop<'_> {
         bar.phase("building", primitives);
         let mut accel = compile::compile_laid_out(laid, &self.build, &self.context.exec, &bar)
             .map_err(|e| caches::build_failure(&e))?;
-        let image = Image::of_compiled(&accel, &self.context.exec).map_err(|e| caches::failure(&e))?;
+        let mut image = Image::of_compiled(&accel, &self.context.exec).map_err(|e| caches::failure(&e))?;
         let posed = arrival.posed.iter().map(ToString::to_string).collect();
         let notes = [posed, std::mem::take(&mut accel.notes)].concat();
         drop(accel);
+        if NodeForm::any_compact(&self.args.nodes) {
+            image.add_compact().map_err(|e| caches::failure(&e))?;
+        }
         let build_time = start.elapsed() - read_time;
 
         bar.spin("writing");

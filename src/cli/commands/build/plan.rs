@@ -1,6 +1,7 @@
 //! What has to be done: which output each input has, and whether it is up to date, judged by content and never by time stamps.
 
 use super::frames::{Frames, MOST_FRAMES, OneFrame, way_out};
+use super::options::{NodeForm, nodes_change};
 use super::{BuildArgs, Empty};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Freshness, SectionEntry, SectionKind};
@@ -195,6 +196,10 @@ fn suits(args: &BuildArgs, job: &Job) -> Result<(), Failure> {
             "--degenerate drop is about still files: a triangle without area may have one in another frame".into(),
         )
         .help("leave it out: rays do not hit such triangles anyway")),
+        (Some(_), ..) if NodeForm::any_compact(&args.nodes) => Err(refuse(
+            "--nodes compact8 is about still files: the boxes of a sequence change from frame to frame".into(),
+        )
+        .help("leave it out, or take a frame out later: bvhc convert FILE -o OUT --frame N --nodes compact8")),
         _ => Ok(()),
     }
 }
@@ -250,7 +255,7 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 ///
 /// Every byte of the output is read and hashed, as those of the inputs are, and everything in it is held against the rules: a damaged or
 /// forged file is not up to date.
-pub fn examine(job: &Job, recipe: &Recipe, codec: Codec, empty: Empty, context: &Context) -> Verdict {
+pub fn examine(job: &Job, recipe: &Recipe, args: &BuildArgs, context: &Context) -> Verdict {
     let exec = &context.exec;
     let found = match &job.bytes {
         Some(bytes) => cache::freshness_of_bytes(&job.output, bytes, recipe, exec),
@@ -259,10 +264,11 @@ pub fn examine(job: &Job, recipe: &Recipe, codec: Codec, empty: Empty, context: 
     match found {
         Freshness::Stale(reason) => Verdict::Stale(names::escape(&reason.to_string())),
         Freshness::Fresh { head, inputs } => {
-            if head.header.prim_count == 0 && empty == Empty::Error {
+            if head.header.prim_count == 0 && args.empty == Empty::Error {
                 return Verdict::Stale("there is no triangle in it".to_string());
             }
-            if let Some(reason) = codec_change(&head.sections, codec) {
+            let sections = &head.sections;
+            if let Some(reason) = codec_change(sections, args.codec).or_else(|| nodes_change(sections, &args.nodes)) {
                 return Verdict::Stale(reason.to_string());
             }
             match cache::intact(&job.output, &head, &caches::options(context), exec) {

@@ -16,7 +16,7 @@ use crate::cli::source::{self, Stated};
 use crate::compile::{self, LaidOut};
 use crate::geom::Affine;
 use crate::scene::{self, Instance, Scene};
-use crate::verify::{Cpu, Outcome, Placed, Plan, Subject, VerifyError, is_of_model, placed, scene_of_file};
+use crate::verify::{Compact, Cpu, Outcome, Placed, Plan, Subject, VerifyError, is_of_model, placed, scene_of_file};
 use std::path::{Path, PathBuf};
 
 /// A file with its verdict.
@@ -129,6 +129,9 @@ fn verify_opened(
     let subject = Subject::new(cache.view(), &scene, &context.exec);
     let of_this_file = |failure: Failure| failure.fact(format!("the file is {}", names::path(path)));
     let mut others = bench.devices(cache.view()).map_err(|e| of_this_file(devices::failure(&e)))?;
+    if let Some(trees) = cache.compact() {
+        others.insert(0, Box::new(Compact::new(trees, &context.exec)));
+    }
     let most = plan.rays;
     let plan = match args.rays {
         Some(_) => plan.clone(),

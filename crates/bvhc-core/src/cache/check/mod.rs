@@ -12,6 +12,7 @@
 //! | [`Level::Source`] | agreement with the source model | a look-up for each triangle |
 
 mod boxes;
+mod compact;
 mod content;
 mod counts;
 pub(super) mod cover;
@@ -37,6 +38,7 @@ use crate::layout::{Names, SectionEntry, SectionKind, View, tree_flags};
 
 pub use super::container::hex;
 pub use super::report::{Finding, Place, Report};
+pub use compact::{CompactRecords, check as check_compact};
 pub use content::check_records;
 pub(super) use counts::check_rows;
 pub(super) use hashes::check_packed;
@@ -201,8 +203,25 @@ pub(super) fn check_content<'a>(
         out.skip(format!("All records: {} cannot be read.", missing.join(", ")));
         return false;
     }
+    let before = out.errors();
     out.append(check_records(&view, container.header.tree_flags, Some(&container.header), limits, exec));
+    let sound = out.errors() == before;
     provenance::check_names_of(container, find(SectionKind::NAMS), view.geoms, out);
+    let compact = CompactRecords {
+        rows: find(SectionKind::CROW).map(|(bytes, _)| records(bytes)),
+        nodes: find(SectionKind::CNOD).map(|(bytes, _)| records(bytes)),
+        order: find(SectionKind::CREF).map(|(bytes, _)| records(bytes)),
+    };
+    let of_compact = [SectionKind::CROW, SectionKind::CNOD, SectionKind::CREF];
+    // One that cannot be decoded has been told of, or is left out.
+    let is_unread = |kind| container.find(kind, 0).is_some() && find(kind).is_none();
+    if !of_compact.into_iter().any(is_unread) {
+        if sound {
+            out.append(check_compact(&view, &compact, limits, exec));
+        } else if compact.rows.is_some() {
+            out.skip("Compact trees: those that they are made of break rules.");
+        }
+    }
     let vertices = find(SectionKind::VERT).map(|(bytes, _)| records(bytes));
     let sides = find(SectionKind::SIDE).map(|(bytes, _)| records(bytes));
     let materials = find(SectionKind::MATS);

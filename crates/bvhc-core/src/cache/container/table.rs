@@ -165,7 +165,8 @@ pub fn check_presence(header: &Header, entries: &[SectionEntry], out: &mut impl 
             Presence::Still => !sequence,
             Presence::Sequence => sequence,
             Presence::TwoLevel => two_level,
-            Presence::Optional => continue,
+            Presence::StillOptional if sequence => false,
+            Presence::Optional | Presence::StillOptional => continue,
         };
         // A section that must be understood and is not has been refused by a rule of its own.
         let mine = || entries.iter().filter(|e| e.kind == rule.kind);

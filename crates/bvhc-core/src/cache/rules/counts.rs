@@ -87,4 +87,12 @@ rules! {
     E0325 "side-unbaked", "a part is marked as mirrored that no node's transform was baked into",
         "a mirrored part must have {expected}, GEOM states {actual}", "1032-side-4-bytes",
         means "Normals would be turned around that need not be.", because FOREIGN_WRITER, remedy Rebuild;
+    E0326 "compact-count", "the sections of compact trees are not all there, or have too few records or too many",
+        "there must be {expected}, there are {actual}", "57-compact-trees",
+        means "A reader would have to trace the binary trees, or would look for references that are not there.",
+        because FOREIGN_WRITER, remedy Rebuild;
+    E0327 "compact-row", "a row of CROW is not what its tree is",
+        "the row must state {expected}, it states {actual}", "57-compact-trees",
+        means "Two trees would share nodes, nodes would belong to none, or a stack of the stated size would overflow.",
+        because FOREIGN_WRITER, remedy Rebuild;
 }

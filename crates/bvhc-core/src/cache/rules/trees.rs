@@ -96,6 +96,24 @@ rules! {
         "the box must be {expected}, it is {actual}", "51-node-and-tnod-32-bytes",
         means "Rays visit the node in vain, and a refit would change boxes of a scene that did not move.",
         because FOREIGN_WRITER, remedy Rebuild;
+    E0429 "compact-lanes", "a node of a compact tree has too few children or too many, or something stands where it has none",
+        "the node must have {expected}, but {actual}", "57-compact-trees",
+        means "Rays would visit what is no child, or a node for nothing.", because FOREIGN_WRITER, remedy Rebuild;
+    E0430 "compact-links", "the children of a compact tree's node are not the next nodes and references",
+        "{expected} must come next, but it is {actual}", "57-compact-trees",
+        means "The records could share branches or contain a cycle, and a traversal would never end.",
+        because FOREIGN_WRITER, remedy Rebuild;
+    E0431 "compact-widening", "a child of a compact tree's node stands for no node of the binary tree",
+        "each child must stand for {expected}, but {actual}", "57-compact-trees",
+        means "The compact tree is not the binary one with fewer nodes, so that nothing vouches for its boxes.",
+        because FOREIGN_WRITER, remedy Rebuild;
+    E0432 "compact-box", "a box of a compact tree does not hold the box that it stands for",
+        "the box must hold {expected}, but {actual}", "57-compact-trees",
+        means "Rays that miss the box would not find what is in it: holes in the picture.",
+        because "A writer that rounds a plane to the nearest step of the grid, or inward.", remedy Rebuild;
+    E0433 "compact-reference", "a reference of a compact tree is not the triangle that belongs there",
+        "the reference must be {expected}, CREF states {actual}", "57-compact-trees",
+        means "A ray would test other triangles than those in the box that it met.", because FOREIGN_WRITER, remedy Rebuild;
     W0401 "negative-zero", "a position is minus zero",
         "a zero is written as {expected}, but {actual}", "52-tris-48-bytes",
         means "It traverses like plus zero, but equal scenes get different hashes.",

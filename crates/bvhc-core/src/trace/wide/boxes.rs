@@ -39,8 +39,8 @@ impl<V: Floats<N>, const N: usize> WideSlabs<V, N> {
     pub fn test(&self, door: V::Door, node: &impl WideRecord<N>, end: V) -> ([f32; N], u32) {
         // A distance that is NaN does not count: the maximum is then its second operand.
         let (mut enter, mut leave) = (self.t_min, end);
-        for axis in &self.axes {
-            let [first, second] = axis.rows.map(|row| node.planes::<V>(door, row));
+        for (number, axis) in self.axes.iter().enumerate() {
+            let (first, second) = node.planes::<V>(door, number, axis.rows);
             enter = V::max(V::times(V::minus(first, axis.near), axis.enter), enter);
             leave = V::max(V::times(V::minus(second, axis.far), axis.leave), leave);
         }

@@ -1,7 +1,8 @@
-use super::row::WideRow;
+use super::collapse::Collapse;
 use super::scene::WideView;
 use super::trees::WideTrees;
-use crate::layout::{CompactNode, View, WideNode};
+use crate::layout::{CompactNode, View, WideNode, WideRow};
+use crate::trace::hit::Malformed;
 
 /// The wide trees of a scene in a third of the bytes: boxes on grids of eight bits, rounded outward, so that rays find the same hits in them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,6 +17,14 @@ pub struct CompactTrees {
 }
 
 impl CompactTrees {
+    /// Collapse all trees over triangles by the usual costs: what files of this crate have.
+    ///
+    /// # Errors
+    /// As [`WideTrees::new`].
+    pub fn of(view: &View<'_>) -> Result<CompactTrees, Malformed> {
+        Ok(CompactTrees::new(&WideTrees::new(view, &Collapse::default())?))
+    }
+
     /// The same trees, node by node.
     pub fn new(wide: &WideTrees<8>) -> CompactTrees {
         let mut out = CompactTrees::default();

@@ -20,7 +20,6 @@ mod compact;
 mod emit;
 mod plan;
 mod record;
-mod row;
 mod scene;
 #[cfg(test)]
 mod tests;
@@ -30,6 +29,5 @@ mod walk;
 pub use collapse::Collapse;
 pub use compact::CompactTrees;
 pub use record::WideRecord;
-pub use row::WideRow;
 pub use scene::WideView;
 pub use trees::WideTrees;

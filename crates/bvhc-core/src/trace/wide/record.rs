@@ -8,8 +8,8 @@ pub trait WideRecord<const N: usize>: Copy + Sync {
     /// Whether leaves name places of the trees' own [order](super::WideView::order) instead of triangles.
     const ORDERED: bool;
 
-    /// A plane of each child: near ones of x, y and z, then far ones.
-    fn planes<V: Floats<N>>(&self, door: V::Door, row: usize) -> V;
+    /// Two rows of planes of an axis, those with these numbers: near ones of x, y and z are the first three, then far ones.
+    fn planes<V: Floats<N>>(&self, door: V::Door, axis: usize, rows: [usize; 2]) -> (V, V);
     /// The first node or reference of the child in a lane, and how many references it has, 0 for a node. `None` for a lane that nobody uses.
     fn links(&self, lane: usize) -> Option<(u32, u32)>;
 }
@@ -18,8 +18,8 @@ impl<const N: usize> WideRecord<N> for WideNode<N> {
     const ORDERED: bool = false;
 
     #[inline(always)]
-    fn planes<V: Floats<N>>(&self, door: V::Door, row: usize) -> V {
-        V::of(door, &self.planes[row])
+    fn planes<V: Floats<N>>(&self, door: V::Door, _axis: usize, rows: [usize; 2]) -> (V, V) {
+        (V::of(door, &self.planes[rows[0]]), V::of(door, &self.planes[rows[1]]))
     }
 
     #[inline(always)]
@@ -32,10 +32,10 @@ impl WideRecord<8> for CompactNode {
     const ORDERED: bool = true;
 
     #[inline(always)]
-    fn planes<V: Floats<8>>(&self, door: V::Door, row: usize) -> V {
-        let (origin, scale) = (self.corner()[row % 3], self.scale()[row % 3]);
-        let steps = V::times(V::of_bytes(door, &self.planes[row]), V::splat(door, scale));
-        V::plus(steps, V::splat(door, origin))
+    fn planes<V: Floats<8>>(&self, door: V::Door, axis: usize, rows: [usize; 2]) -> (V, V) {
+        let (origin, scale) = (V::splat(door, self.corner(axis)), V::splat(door, self.scale(axis)));
+        let steps = |row: usize| V::times(V::of_bytes(door, &self.planes[row]), scale);
+        (V::plus(steps(rows[0]), origin), V::plus(steps(rows[1]), origin))
     }
 
     #[inline(always)]
@@ -56,13 +56,23 @@ impl WideRecord<8> for CompactNode {
 /// How many of the lanes before this one have no references.
 #[inline(always)]
 fn nodes_before(counts: [u8; 8], lane: usize) -> u32 {
-    counts.iter().take(lane).map(|count| u32::from(*count == 0)).sum()
+    let before = u64::from_le_bytes(counts);
+    // The highest bit of each byte that is not 0, without a carry to the next; then a 1 for each byte that is, in the lanes before.
+    let some = ((before & 0x7F7F_7F7F_7F7F_7F7F) + 0x7F7F_7F7F_7F7F_7F7F) | before;
+    let none = (!some >> 7) & 0x0101_0101_0101_0101 & below(lane);
+    (none.wrapping_mul(0x0101_0101_0101_0101) >> 56) as u32
+}
+
+/// The bytes of the lanes before this one, which is at most 7.
+#[inline(always)]
+fn below(lane: usize) -> u64 {
+    (1u64 << (8 * (lane % 8))) - 1
 }
 
 /// How many references the lanes before this one have.
 #[inline(always)]
 fn refs_before(counts: [u8; 8], lane: usize) -> u32 {
-    let before = u64::from_le_bytes(counts) & ((1u64 << (8 * lane)) - 1);
+    let before = u64::from_le_bytes(counts) & below(lane);
     // Two bytes a sum, and the last of them the sum of all four: at most 8·255.
     let sums = (before & 0x00FF_00FF_00FF_00FF) + (before >> 8 & 0x00FF_00FF_00FF_00FF);
     (sums.wrapping_mul(0x0001_0001_0001_0001) >> 48) as u32

@@ -1,6 +1,5 @@
 use super::record::WideRecord;
-use super::row::WideRow;
-use crate::layout::{TriangleRecord, View, WideNode};
+use crate::layout::{TriangleRecord, View, WideNode, WideRow};
 
 /// A scene with wide trees, as borrowed slices: what rays are traced through.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +17,7 @@ pub struct WideView<'a, const N: usize, T = WideNode<N>> {
 /// One wide tree.
 pub struct WideTree<'a, T> {
     pub nodes: &'a [T],
-    /// [`WideRow::waiting`](super::WideRow::waiting).
+    /// [`WideRow::waiting`].
     pub waiting: u32,
     pub triangles: &'a [TriangleRecord],
     /// The triangle of each reference, if the nodes have an order of their own.

@@ -1,6 +1,6 @@
-use super::{Collapse, CompactTrees, WideRow, WideTrees, WideView};
+use super::{Collapse, CompactTrees, WideTrees, WideView};
 use crate::geom::{Aabb, Ray};
-use crate::layout::{BlasRecord, MAX_DEPTH, Node, TriangleRecord, View, WideNode};
+use crate::layout::{BlasRecord, MAX_DEPTH, Node, TriangleRecord, View, WideNode, WideRow};
 use crate::random::Random;
 use crate::trace::{Malformed, closest_hit};
 use bytemuck::Zeroable;

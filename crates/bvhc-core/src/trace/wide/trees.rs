@@ -3,9 +3,8 @@ use super::collapse::Collapse;
 use super::emit::Greedy;
 use super::emit::{Shape, emit};
 use super::plan::Plan;
-use super::row::WideRow;
 use super::scene::WideView;
-use crate::layout::{BlasView, View, WideNode};
+use crate::layout::{BlasView, View, WideNode, WideRow};
 use crate::trace::hit::Malformed;
 
 /// The wide trees of a scene in memory: one for each tree over triangles.

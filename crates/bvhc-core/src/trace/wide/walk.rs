@@ -167,7 +167,7 @@ impl<V: Floats<N>, const N: usize, T: WideRecord<N>> Walk<'_, V, N, T> {
         for (number, group) in triangles.chunks(4).enumerate() {
             let (first, last) = (start + 4 * number, group.len() - 1);
             group.iter().for_each(|_| observer.triangle());
-            let mut some = [0, 1, 2, 3].map(|lane: usize| &group[lane.min(last)]);
+            let mut some = [&group[0], &group[1.min(last)], &group[2.min(last)], &group[last]];
             if T::ORDERED {
                 for lane in 0..4 {
                     let slot = self.slot(first + lane.min(last));
