@@ -41,9 +41,7 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
         }
         SceneError::TooMany { line: Some(_), .. } => "export the model in triangles, or divide such faces before",
         SceneError::TooMany { .. } => "split the model into several",
-        SceneError::NoSuchAnimation { count: 0, .. } => {
-            "it stands at rest: leave out --clip, --time, --fps and --play"
-        }
+        SceneError::NoSuchAnimation { count: 0, .. } => "it stands at rest: leave out --clip, --time, --fps and --play",
         SceneError::NoSuchAnimation { .. } => {
             "choose one of them by its number, or by its name letter by letter: --clip NUMBER"
         }

@@ -9,7 +9,7 @@ use clap::{Args, Parser, Subcommand};
 /// renderers, engines and simulators map into memory and traverse at once.
 #[derive(Debug, Parser)]
 #[command(name = "bvhc", version, max_term_width = 110, after_help = exit::help_table(), after_long_help = after_long_help())]
-#[command(subcommand_required = true, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(subcommand_required = true, arg_required_else_help = true)]
 pub struct Cli {
     #[command(flatten)]
     pub global: GlobalArgs,

@@ -10,6 +10,7 @@
 //! | `names`, `figures` | foreign names and numbers as text |
 //! | `reading`, `source` | flags that say how a model is read, to build it or to compare a file with it |
 //! | `progress`, `interrupt` | the bar, and what a signal does |
+//! | `patterns` | patterns of files that the shell left alone |
 //! | `outputs` | where cache files may be written |
 //! | `depfile` | dependencies for Ninja and Make |
 //! | `drawing` | charts and pictures as files |
@@ -28,6 +29,7 @@ mod figures;
 mod interrupt;
 mod names;
 mod outputs;
+mod patterns;
 mod progress;
 mod reading;
 mod source;

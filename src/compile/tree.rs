@@ -22,6 +22,7 @@ pub fn build_tree(
 ///
 /// # Errors
 /// As [`build_tree`].
+#[inline(never)] // `benches/instructions.sh` counts what is below it by its name
 pub fn decide_tree(
     mesh: &Mesh,
     options: &BuildOptions,

@@ -68,9 +68,7 @@ fn bad_scenes(place: &Place, count: u32) {
     );
     place.write(
         "spanning.obj",
-        soup(count, |i| {
-            [[0.0, at(i, 0), at(i, 1)], [1.0, at(i, 2), at(i, 3)], [at(i, 4), at(i, 5), f64::from(i % 2)]]
-        }),
+        soup(count, |i| [[0.0, at(i, 0), at(i, 1)], [1.0, at(i, 2), at(i, 3)], [at(i, 4), at(i, 5), f64::from(i % 2)]]),
     );
     for name in ["regular", "identical", "slivers", "spanning"] {
         place.ok(&format!("build {name}.obj -o {name}.bvhc --method binned --no-check"));

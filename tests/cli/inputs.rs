@@ -140,3 +140,57 @@ fn what_an_obj_has_that_is_not_read_is_told_with_its_line() {
     assert!(said.code == 6 && said.err.contains("cannot read d.obj line 15"), "{} {}", said.code, said.err);
     assert!(said.err.contains("the limit is 16384") && said.err.contains("help: export the model in triangles"));
 }
+
+#[test]
+fn outputs_without_a_name_stand_beside_their_inputs() {
+    let place = Place::new();
+    place.write("a.obj", strip(3));
+    place.write("in/b.obj", strip(4));
+    place.ok("build a.obj in/b.obj");
+    assert!(place.path("a.bvhc").exists() && place.path("in/b.bvhc").exists());
+    assert!(place.ok("build a.obj").out.contains("a.bvhc  up to date"));
+    place.write("a.glb", "glTF");
+    for (args, fix) in [
+        ("build a.obj a.glb", "another folder"),
+        ("build in/f.%d.obj", "-o DIR/"),
+        ("build -", "name the file itself with -o"),
+    ] {
+        place.write("in/f.1.obj", strip(1));
+        place.write("in/f.2.obj", strip(2));
+        let said = piped(&place, args, strip(2).as_bytes());
+        assert!(said.code == 2 && said.err.contains(fix), "{args}: {}", said.err);
+    }
+}
+
+#[test]
+fn every_command_takes_quoted_patterns() {
+    let place = Place::new();
+    for (name, size) in [("a10", 3), ("a9", 4)] {
+        place.write(&format!("{name}.obj"), strip(size));
+        place.ok(&format!("build {name}.obj"));
+    }
+    for command in ["info", "check", "stats", "verify --device cpu --rays 100", "verify --device cpu --ray 0,0,0,0,0,1"]
+    {
+        let said = place.run(&format!("{command} a*.bvhc"));
+        let (first, second) = (said.out.find("a9.bvhc"), said.out.find("a10.bvhc"));
+        assert!(said.code == 0 && first.is_some() && first < second, "{command}: {}{}", said.out, said.err);
+        let none = place.run(&format!("{command} c*.bvhc"));
+        assert!(none.code == 3 && none.err.contains("no file matches"), "{command}: {}", none.err);
+    }
+    assert!(place.ok("help check").out.contains("Usage: bvhc check"));
+}
+
+#[test]
+fn warnings_are_errors_where_asked() {
+    let place = Place::new();
+    place.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\n");
+    place.write("b.obj", strip(3));
+    let said = place.run("build a.obj b.obj -o out/ --warnings-as-errors");
+    assert!(said.code == 10 && said.err.contains("left out 1 line and point primitive"), "{}", said.err);
+    assert!(!place.path("out/a.bvhc").exists() && place.path("out/b.bvhc").exists());
+    assert_eq!(place.run("build a.obj --warnings-as-errors -n").code, 4);
+    place.write("f.1.obj", strip(3));
+    place.write("f.2.obj", strip(3) + "l 1 2\n");
+    assert_eq!(place.run("build f.%d.obj -o f.bvhc --warnings-as-errors").code, 4);
+    assert!(!place.path("f.bvhc").exists());
+}

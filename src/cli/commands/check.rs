@@ -9,6 +9,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
+use crate::cli::patterns;
 use crate::cli::source::{self, SourceReading, Stated};
 use crate::cli::terminal::Paint;
 use crate::compile;
@@ -84,7 +85,7 @@ pub fn run(args: &CheckArgs, context: &Context) -> Result<Exit, Failure> {
     args.reading.suits(args.source.as_ref())?;
     let level = level(args)?;
     let (mut verdicts, mut exits) = (Vec::new(), Vec::new());
-    for path in &args.files {
+    for path in &patterns::expand(&args.files, "check")? {
         match check(path, level, args, context) {
             Ok(report) => {
                 let (verdict, exit) = judge(path, report, args);

@@ -7,6 +7,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
+use crate::cli::patterns;
 use crate::cli::table::Table;
 use crate::report::info::{FileInfo, SectionInfo};
 use crate::size::bytes;
@@ -49,7 +50,8 @@ struct NamedInfo {
 
 pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
     let terminal = &context.terminal;
-    let (infos, exit) = caches::each(&args.files, context, |path| {
+    let files = patterns::expand(&args.files, "show")?;
+    let (infos, exit) = caches::each(&files, context, |path| {
         let head = caches::head(path, context)?;
         let info = FileInfo::new(&head.header, &head.sections, head.meta.as_ref().map(Into::into));
         let info = FileInfo { meta_error: head.meta_error, ..info };
@@ -57,7 +59,7 @@ pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
     });
     if terminal.json {
         let named = |(path, info): (PathBuf, FileInfo)| NamedInfo { path: path.to_string_lossy().into_owned(), info };
-        let files = infos.into_iter().map(named).collect();
+        let files = infos.into_iter().map(named).collect::<Vec<_>>();
         terminal.document(&Document { schema: "bvhc.info.v1", exit_code: exit.code(), files })?;
         return Ok(exit);
     }
@@ -66,7 +68,7 @@ pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
             terminal.result(&field_of(info, field)?)?;
             continue;
         }
-        if args.files.len() > 1 {
+        if files.len() > 1 {
             terminal.print(&format!("{}{}\n", if i > 0 { "\n" } else { "" }, names::path(path)))?;
         }
         terminal.print(&text(info))?;

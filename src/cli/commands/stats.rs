@@ -8,6 +8,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
+use crate::cli::patterns;
 use crate::cli::table::{Table, csv_line};
 use crate::report::file::{BlasSpread, Extreme, FileReport};
 use crate::report::frames::Measure;
@@ -92,15 +93,16 @@ struct Document<'a> {
 }
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
-    if args.compare && args.files.len() != 2 {
+    let files = patterns::expand(&args.files, "measure")?;
+    if args.compare && files.len() != 2 {
         return Err(Failure::new(
             Exit::Usage,
-            format!("cannot compare {}", figures::counted(args.files.len() as u64, "file", "files")),
+            format!("cannot compare {}", figures::counted(files.len() as u64, "file", "files")),
         )
         .fact("what changed is told from one file to another")
         .help("bvhc stats --compare BEFORE AFTER"));
     }
-    if args.frames || args.files.iter().all(|path| caches::is_sequence(path, context)) {
+    if args.frames || files.iter().all(|path| caches::is_sequence(path, context)) {
         // A sequence alone needs no --frames, which refuses these.
         let unread = [("--epo", args.epo.is_some()), ("--depths", args.depths), ("--compare", args.compare)];
         if let Some((flag, _)) = unread.into_iter().find(|(_, is_given)| *is_given) {
@@ -109,11 +111,11 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
                 .help(format!("leave out {flag}, or take a frame out first: bvhc convert FILE -o OUT --frame N")));
         }
         let measure = Measure { rays: args.rays.unwrap_or(1024) as usize, fresh: args.against_fresh };
-        return super::frames::run(&args.files, &measure, args.csv, args.svg.as_deref(), context);
+        return super::frames::run(&files, &measure, args.csv, args.svg.as_deref(), context);
     }
     let count = args.rays.unwrap_or(if args.compare { 4096 } else { 0 }) as usize;
     let mut paths = Vec::new();
-    let (reports, exit) = caches::each(&args.files, context, |path| {
+    let (reports, exit) = caches::each(&files, context, |path| {
         let opened = caches::open_checked(path, context)?;
         paths.push(path.to_path_buf());
         let (name, view) = (path.to_string_lossy().into_owned(), opened.view());

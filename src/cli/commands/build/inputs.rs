@@ -8,7 +8,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
-use std::cmp::Ordering;
+use crate::cli::patterns;
 use std::io::{IsTerminal, Read};
 use std::path::{Path, PathBuf};
 
@@ -41,7 +41,7 @@ pub fn expand(args: &BuildArgs, context: &Context) -> Result<Vec<Input>, Failure
         } else if args.frames.literal {
             inputs.push(plain(path.clone()));
         } else {
-            inputs.extend(matches(path)?.into_iter().map(plain));
+            inputs.extend(patterns::matches(path, "build")?.into_iter().map(plain));
         }
     }
     if let Some(list) = args.frames.frames.as_ref().filter(|_| inputs.iter().all(|i| i.frame.is_none())) {
@@ -74,48 +74,6 @@ fn read_stdin(args: &BuildArgs, limit: u64) -> Result<Vec<u8>, Failure> {
             .help("raise --max-memory"));
     }
     Ok(bytes)
-}
-
-/// The files that a pattern matches; anything that exists or is no pattern stands for itself.
-fn matches(path: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let pattern = path.to_str().filter(|text| text.contains(['*', '?', '[']));
-    let Some(pattern) = pattern.filter(|_| path.symlink_metadata().is_err()) else { return Ok(vec![path.to_owned()]) };
-    let refuse = |exit, fact: String| Failure::new(exit, format!("cannot build {}", names::path(path))).fact(fact);
-    let found = glob::glob(pattern).map_err(|e| {
-        refuse(Exit::Usage, format!("no such file exists, and as a pattern it is wrong: {}", e.msg))
-            .help("a pattern is made of *, ?, [a-z] and ** for any folders")
-    })?;
-    let mut files: Vec<PathBuf> = found.filter_map(Result::ok).filter(|p| p.is_file()).collect();
-    if files.is_empty() {
-        let folder = path.parent().filter(|folder| folder.is_dir()).unwrap_or(Path::new("."));
-        return Err(refuse(Exit::Io, "no file matches the pattern".into())
-            .help(format!("see what is there: ls {}", names::path(folder))));
-    }
-    files.sort_by(|a, b| natural(a.as_os_str().as_encoded_bytes(), b.as_os_str().as_encoded_bytes()));
-    Ok(files)
-}
-
-/// Order in which `frame.9` comes before `frame.10`: runs of digits compare as numbers, all else byte by byte.
-fn natural(a: &[u8], b: &[u8]) -> Ordering {
-    let digits = |text: &[u8]| text.iter().take_while(|c| c.is_ascii_digit()).count();
-    let (mut x, mut y) = (a, b);
-    while let (Some(first), Some(second)) = (x.first(), y.first()) {
-        let (n, m) = (digits(x), digits(y));
-        if n > 0 && m > 0 {
-            let significant = |run: &[u8]| run.iter().skip_while(|c| **c == b'0').copied().collect::<Vec<u8>>();
-            let (v, w) = (significant(&x[..n]), significant(&y[..m]));
-            let order = v.len().cmp(&w.len()).then_with(|| v.cmp(&w));
-            if order.is_ne() {
-                return order;
-            }
-            (x, y) = (&x[n..], &y[m..]);
-        } else if first != second {
-            return first.cmp(second);
-        } else {
-            (x, y) = (&x[1..], &y[1..]);
-        }
-    }
-    x.len().cmp(&y.len()).then_with(|| a.cmp(b))
 }
 
 /// A model must be there, and it is read more than once, which a pipe or a folder does not allow.
@@ -151,29 +109,4 @@ pub fn is_an_input(output: &Path, input: &Path) -> Failure {
     Failure::new(Exit::Usage, format!("cannot write {}", names::path(output)))
         .fact(format!("it is {}, a file that the model is read from", names::path(input)))
         .help("name another output with -o")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_in_names_count() {
-        let mut names = ["f.10.obj", "f.9.obj", "f.009.obj", "f.1.obj", "e.11.obj", "f.obj"];
-        names.sort_by(|a, b| natural(a.as_bytes(), b.as_bytes()));
-        assert_eq!(names, ["e.11.obj", "f.1.obj", "f.009.obj", "f.9.obj", "f.10.obj", "f.obj"]);
-    }
-
-    #[test]
-    fn what_exists_or_is_no_pattern_stands_for_itself() {
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        for name in ["a[1].obj", "b10.obj", "b9.obj"] {
-            std::fs::write(at(name), "").unwrap();
-        }
-        assert_eq!(matches(&at("a[1].obj")).unwrap(), [at("a[1].obj")]);
-        assert_eq!(matches(&at("missing.obj")).unwrap(), [at("missing.obj")]);
-        assert_eq!(matches(&at("b*.obj")).unwrap(), [at("b9.obj"), at("b10.obj")]);
-        assert_eq!(matches(&at("c*.obj")).unwrap_err().exit, Exit::Io);
-    }
 }

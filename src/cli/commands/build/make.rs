@@ -83,6 +83,7 @@ impl Workshop<'_> {
             told.push("there is no triangle in it".to_string());
         }
         told.iter().for_each(|warning| terminal.warn(&format!("{model}: {warning}")));
+        self.forgive(&model, &told)?;
         if let Some(posed) = &posed {
             self.tell_moment(&model, posed);
             told.push(posed.to_string());
@@ -135,6 +136,18 @@ impl Workshop<'_> {
             build_key: written.header.build_key,
             inputs: inputs.into_iter().map(|i| i.path).filter(|_| job.bytes.is_none()).collect(),
         })
+    }
+
+    /// Refuse a model of which something was told, where that is asked for.
+    pub(super) fn forgive(&self, model: &str, told: &[String]) -> Result<(), Failure> {
+        if !self.args.warnings_as_errors || told.is_empty() {
+            return Ok(());
+        }
+        let failure = Failure::new(Exit::Model, format!("cannot take {model} without warnings"));
+        Err(told
+            .iter()
+            .fold(failure, |failure, line| failure.fact(line.clone()))
+            .help("mend the model, or leave out --warnings-as-errors"))
     }
 
     fn read(&self, job: &Job, bar: &Bar) -> Result<Scene, Failure> {

@@ -45,15 +45,18 @@ pub struct BuildArgs {
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// File to write, which for a pattern of frames holds them all; a folder (`DIR/`) that receives one .bvhc file per input;
-    /// or a pattern such as 'heli.%04d.bvhc' for a file per frame
+    /// or a pattern such as 'heli.%04d.bvhc' for a file per frame [default: beside each input, with the extension .bvhc]
     #[arg(short, long, value_name = "OUT")]
-    pub output: PathBuf,
+    pub output: Option<PathBuf>,
     /// Build even what is up to date, and over files that are no caches
     #[arg(short, long)]
     pub force: bool,
     /// What to do with a model in which no triangle is left
     #[arg(long, value_enum, value_name = "POLICY", default_value = "error")]
     pub empty: Empty,
+    /// Take what is told of a model for an error, and write nothing then
+    #[arg(long)]
+    pub warnings_as_errors: bool,
     /// Only say what would be built, and why; models that would be are read, and what is wrong with them is told
     #[arg(short = 'n', long)]
     pub dry_run: bool,
@@ -226,7 +229,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
         let from = job.frame.map_or_else(String::new, |_| format!(" from {}", names::path(&job.input)));
         let line = format!("{name}  would build{from}: {reason}");
         // A folder that -o names is made by the build.
-        if job.output.parent().is_none_or(Path::exists) || job.output == args.output {
+        if job.output.parent().is_none_or(Path::exists) || args.output.as_ref() == Some(&job.output) {
             outputs::writable(&job.output)?;
         }
         let model = match &job.frames {
@@ -240,7 +243,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
     if reason != "missing" {
         context.terminal.detail(&format!("{name}: {reason}"));
     }
-    if let Some(folder) = job.output.parent().filter(|_| job.output != args.output) {
+    if let Some(folder) = job.output.parent().filter(|_| args.output.as_ref() != Some(&job.output)) {
         std::fs::create_dir_all(folder).map_err(|e| io_failure("create", folder, &e))?;
     }
     outputs::writable(&job.output)?;

@@ -59,9 +59,12 @@ pub enum Verdict {
 /// Name each input's output, and refuse what could lose data: two inputs for one output, or an output that is an input.
 pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
     let refuse = |fact: String| Failure::new(Exit::Usage, "cannot build").fact(fact);
-    let ends_in_separator =
-        args.output.as_os_str().as_encoded_bytes().last().is_some_and(|b| *b == b'/' || *b == b'\\' && cfg!(windows));
-    let into_folder = ends_in_separator || args.output.is_dir();
+    let named = args.output.as_deref();
+    let is_folder = |path: &Path| {
+        let last = path.as_os_str().as_encoded_bytes().last();
+        path.is_dir() || last.is_some_and(|b| *b == b'/' || *b == b'\\' && cfg!(windows))
+    };
+    let into_folder = named.is_some_and(is_folder);
     let pattern = pattern_of_output(args, &inputs, into_folder)?;
     let plays = args.frames.of_clip(args.read.model.clip.as_ref());
     if plays.is_some() && inputs.iter().any(|i| i.frame.is_some()) {
@@ -74,8 +77,9 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
         return Err(refuse("a clip is played from a file, and an input is standard input".into())
             .help("write the model to a file first"));
     }
-    if plays.is_some() && !args.frames.literal && Pattern::parse(&args.output).is_some() {
-        let shown = names::path(&args.output);
+    let has_place = |path: &Path| !args.frames.literal && Pattern::parse(path).is_some();
+    if let Some(output) = named.filter(|path| plays.is_some() && has_place(path)) {
+        let shown = names::path(output);
         return Err(refuse(format!("a clip becomes one file, and {shown} has a place for a frame's number"))
             .help("name a file without one, or add --literal"));
     }
@@ -83,13 +87,17 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
     let inputs = match into_folder || pattern.is_some() || args.inputs.len() != 1 {
         false if !inputs.is_empty() && inputs.iter().all(|i| i.frame.is_some()) => {
             let frames = one_file(&inputs).map_err(refuse)?;
-            let jobs = vec![Job { frames: Some(frames), ..still(inputs[0].path.clone(), args.output.clone()) }];
+            let Some(output) = named else {
+                return Err(refuse("the frames become one file, which has no name yet".into())
+                    .help("name it with -o, or a folder for a file a frame: -o DIR/"));
+            };
+            let jobs = vec![Job { frames: Some(frames), ..still(inputs[0].path.clone(), output.to_owned()) }];
             return refuse_own_inputs(args, &inputs, jobs);
         }
         _ => inputs,
     };
-    if inputs.len() > 1 && !into_folder && pattern.is_none() {
-        let shown = names::path(&args.output);
+    if let Some(output) = named.filter(|_| inputs.len() > 1 && !into_folder && pattern.is_none()) {
+        let shown = names::path(output);
         let refused = refuse(format!("{} inputs need a folder to go to, and {shown} is not one", inputs.len()));
         let help = match inputs.iter().all(|i| i.frame.is_some()) {
             true => format!(
@@ -114,21 +122,21 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
     let mut owners: BTreeMap<PathBuf, PathBuf> = BTreeMap::new();
     let mut jobs = Vec::new();
     for Input { path: input, bytes, frame } in inputs {
-        if into_folder && bytes.is_some() {
-            return Err(refuse("standard input has no name from which to name a file in a folder".into())
+        if (into_folder || named.is_none()) && bytes.is_some() {
+            return Err(refuse("standard input has no name from which to name a file".into())
                 .help("name the file itself with -o"));
         }
-        let output = if into_folder {
+        let output = if let Some(folder) = named.filter(|_| into_folder) {
             // A frame that repeats another one keeps the name of its own.
             let named = frame.as_ref().map_or(&input, |(_, path)| path);
             let stem = named.file_stem().ok_or_else(|| refuse(format!("{} names no file", names::path(&input))))?;
             let mut name = stem.to_os_string();
             name.push(".bvhc");
-            args.output.join(name)
+            folder.join(name)
         } else if let (Some(pattern), Some((number, _))) = (&pattern, &frame) {
             pattern.path(*number)
         } else {
-            args.output.clone()
+            named.map_or_else(|| input.with_extension("bvhc"), Path::to_owned)
         };
         if let Some(other) = owners.insert(output.clone(), input.clone()) {
             if other == input {
@@ -210,8 +218,9 @@ fn pattern_of_output(args: &BuildArgs, inputs: &[Input], into_folder: bool) -> R
         return Ok(None);
     }
     let refuse = |fact: String| Failure::new(Exit::Usage, "cannot build").fact(fact);
-    let shown = || names::path(&args.output);
-    match Pattern::parse(&args.output) {
+    let Some(output) = &args.output else { return Ok(None) };
+    let shown = || names::path(output);
+    match Pattern::parse(output) {
         None => Ok(None),
         Some(Err(why)) => {
             Err(refuse(format!("as a pattern of outputs, {} is wrong: {why}", shown())).help(way_out(&why)))

@@ -9,6 +9,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
+use crate::cli::patterns;
 use crate::cli::progress::Bar;
 use crate::cli::table::Table;
 use crate::report::accuracy::chart;
@@ -39,7 +40,8 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     let full = Measure::default();
     let rays = args.rays.unwrap_or(full.rays);
     let how = Measure { rays, timed: full.timed.min(rays), seed: args.seed, ..full };
-    let (files, exit) = caches::each(&args.files, context, |path| {
+    let named = patterns::expand(&args.files, "verify")?;
+    let (files, exit) = caches::each(&named, context, |path| {
         let report = one(path, args, &how, context)?;
         let measured = Measured { path: path.to_string_lossy().into_owned(), report };
         if !context.terminal.json {
@@ -49,7 +51,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     });
     let reports: Vec<Report> = files.iter().map(|f| f.report.clone()).collect();
     let all = Report::of_all(&reports).filter(|_| reports.len() > 1);
-    let subject = match &args.files[..] {
+    let subject = match &named[..] {
         [one] => names::path(one),
         several => format!("{} files", several.len()),
     };

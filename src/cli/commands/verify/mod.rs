@@ -17,6 +17,7 @@ use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
+use crate::cli::patterns;
 use crate::cli::source::SourceReading;
 use crate::geom::Ray;
 use crate::scene::frames::Numbers;
@@ -171,7 +172,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         exits: Vec::new(),
         frames: FrameSum::default(),
     };
-    for path in &args.files {
+    for path in &patterns::expand(&args.files, "verify")? {
         let mut start = Instant::now();
         // A sequence is verified frame by frame, whether or not it was asked for.
         let whole = args.source.is_none() && caches::is_sequence(path, context);

@@ -10,6 +10,7 @@ use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
+use crate::cli::patterns;
 use crate::geom::Ray;
 use crate::trace::brute::{self, Standing};
 use crate::trace::compare::{Verdict, judge};
@@ -63,7 +64,7 @@ struct DeviceAnswer {
 
 pub fn run(ray: &Ray, args: &VerifyArgs, bench: &Bench, context: &Context) -> Result<Exit, Failure> {
     let (mut files, mut exits) = (Vec::new(), Vec::new());
-    for path in &args.files {
+    for path in &patterns::expand(&args.files, "verify")? {
         match one(path, ray, args, bench, context) {
             Ok(replayed) => {
                 if !context.terminal.json {

@@ -50,7 +50,9 @@ pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
         }
     }
     if verified.is_lowered {
-        text.push_str("fewer rays than elsewhere, since each enters so many nodes and triangles here; --rays N traces more\n");
+        text.push_str(
+            "fewer rays than elsewhere, since each enters so many nodes and triangles here; --rays N traces more\n",
+        );
     }
     text.push_str(&oracle(&outcome.oracle, verified.rays));
     text.push_str(&verified.placed.as_ref().map(placing).unwrap_or_default());

@@ -144,6 +144,7 @@ impl Workshop<'_> {
             }
         };
         lines.iter().for_each(|line| self.context.terminal.warn(&format!("{place}: {line}")));
+        self.forgive(&place, &lines)?;
 
         bar.spin("writing");
         let build_time = start.elapsed().saturating_sub(read_time);
