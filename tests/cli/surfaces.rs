@@ -70,7 +70,6 @@ fn usage_errors_are_2_and_suggest() {
         "",
         "nonsense",
         "build",
-        "build a.obj",
         "info",
         "check --level deep x",
         "build a.obj -o b --bins 1",
