@@ -346,6 +346,7 @@ fn damage_and_repair(rounds: usize, seed: u64) {
             accepted += 1;
             trace_some(&bytes, &mut dice, round);
         }
+        trace_compact(&bytes, report.is_valid(), &mut dice, round);
     }
     println!("{accepted} of {rounds} damaged files are still valid");
 }
@@ -403,6 +404,23 @@ fn trace_between(between: &Between<'_>, bounds: Aabb, dice: &mut Dice, round: us
         let any = between.any_hit(&ray, time);
         assert!(closest.is_ok(), "round {round}: the check says valid, the traversal: {closest:?}");
         assert_eq!(any, closest.map(|hit| hit.is_some()), "round {round}");
+    }
+}
+
+/// Rays through compact trees, whatever is wrong with them, end; in a file that the check calls valid they hit what they hit in the binary ones.
+fn trace_compact(bytes: &[u8], valid: bool, dice: &mut Dice, round: usize) {
+    let options = OpenOptions { validation: Validation::Quick, max_memory: 64 << 20, ..OpenOptions::default() };
+    let Ok(cache) = Cache::from_bytes(bytes, &options) else { return };
+    let Some(trees) = cache.compact() else { return };
+    for _ in 0..16 {
+        let ray = some_ray(cache.header().scene_bounds(), dice);
+        let (closest, any) = (trees.closest_hit(&ray), trees.any_hit(&ray));
+        if valid {
+            let named = |hit: bvhc::Hit| (hit.t.to_bits(), hit.geom, hit.prim, hit.instance);
+            let want = try_closest_hit(&cache.view(), &ray, &mut NoObserver).map(|hit| hit.map(named));
+            assert_eq!(any, want.map(|hit| hit.is_some()), "round {round}: {ray:?}");
+            assert_eq!(closest.map(|hit| hit.map(named)), want, "round {round}: {ray:?}");
+        }
     }
 }
 

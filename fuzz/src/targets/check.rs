@@ -1,6 +1,6 @@
 //! The check, at every level, and its agreement with the reader.
 
-use super::reader::{MOST_FRAMES, allowance, open_frames, trace};
+use super::reader::{MOST_FRAMES, allowance, open_frames, trace, trace_compact};
 use super::{Target, limit};
 use crate::guard::within;
 use crate::mutate::file;
@@ -45,6 +45,9 @@ fn run(input: &[u8]) -> Seen {
             let worse = report.findings.iter().find(|f| f.rule.id.starts_with('E') && !ancillary.contains(&f.rule.id));
             assert!(worse.is_none(), "the reader opens it, the check: {}", worse.expect("a finding"));
             trace(&cache.view(), cache.header().scene_bounds(), true);
+            if let Some(trees) = cache.compact() {
+                trace_compact(&trees, cache.header().scene_bounds());
+            }
             // Figures of a file that is right.
             let view = cache.view();
             let stats = (0..view.blases.len()).filter_map(|i| view.blas(i));

@@ -4,9 +4,10 @@ use super::{Target, limit};
 use crate::guard::within;
 use crate::mutate::file;
 use crate::planted::Seen;
-use bvhc::cache::{Between, Cache, CacheError, Frames, OpenOptions, Opened, Sequence, Validation, View};
+use bvhc::cache::{Between, Cache, CacheError, CompactNode, Frames, OpenOptions, Opened, Sequence, Validation, View};
 use bvhc::geom::{Aabb, Ray};
-use bvhc::trace::{NoObserver, try_any_hit, try_closest_hit};
+use bvhc::trace::wide::WideView;
+use bvhc::trace::{Hit, NoObserver, try_any_hit, try_closest_hit};
 
 pub const TARGET: Target = Target { name: "reader", run, change: file::change, faults: &["E0403", "E0302", "E0205"] };
 
@@ -104,15 +105,30 @@ fn trace_between(between: &Between<'_>, b: Aabb, validation: Validation) {
     }
 }
 
-/// Rays through whatever was opened end; through a file whose every record was looked at, they end without an error.
-pub fn trace(view: &View<'_>, b: Aabb, valid: bool) {
-    for i in 0..8u32 {
-        // A fixed net of rays from one side of the box to another point in it.
+/// Rays through the compact trees of a file whose every record was looked at hit what they hit in the binary ones.
+pub fn trace_compact(trees: &WideView<'_, 8, CompactNode>, b: Aabb) {
+    let named = |hit: Hit| (hit.t.to_bits(), hit.geom, hit.prim, hit.instance);
+    for ray in net(b) {
+        let want = try_closest_hit(&trees.view, &ray, &mut NoObserver).map(|hit| hit.map(named));
+        assert_eq!(trees.closest_hit(&ray).map(|hit| hit.map(named)), want, "{ray:?}");
+        assert_eq!(trees.any_hit(&ray), want.map(|hit| hit.is_some()), "{ray:?}");
+    }
+}
+
+/// A fixed net of rays from one side of a box to another point in it.
+fn net(b: Aabb) -> impl Iterator<Item = Ray> {
+    (0..8u32).map(move |i| {
         let share = |k: u32| (i.wrapping_mul(k) % 61) as f32 / 60.0;
         let at = |a: usize, s: f32| b.min[a] + (b.max[a] - b.min[a]) * s;
         let from = [at(0, share(7)), at(1, share(11)), at(2, share(13))];
         let to = [at(0, share(17)), at(1, share(19)), at(2, share(23))];
-        let ray = Ray::new(from, [0, 1, 2].map(|a| to[a] - from[a]));
+        Ray::new(from, [0, 1, 2].map(|a| to[a] - from[a]))
+    })
+}
+
+/// Rays through whatever was opened end; through a file whose every record was looked at, they end without an error.
+pub fn trace(view: &View<'_>, b: Aabb, valid: bool) {
+    for ray in net(b) {
         let closest = try_closest_hit(view, &ray, &mut NoObserver);
         let any = try_any_hit(view, &ray, &mut NoObserver);
         assert!(!valid || closest.is_ok() && any.is_ok(), "the reader says valid, the traversal: {closest:?}");

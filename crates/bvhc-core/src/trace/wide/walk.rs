@@ -71,6 +71,19 @@ struct Pending {
     count: u32,
 }
 
+/// The next child of those that a ray meets, by their bits.
+#[inline(always)]
+fn next_met<const N: usize>(node: &impl WideRecord<N>, near: &[f32; N], met: &mut u32) -> Option<Pending> {
+    while *met != 0 {
+        let lane = met.trailing_zeros() as usize % N;
+        *met &= *met - 1;
+        if let Some((first, count)) = node.links(lane) {
+            return Some(Pending { near: near[lane], first, count });
+        }
+    }
+    None
+}
+
 /// A ray at one tree.
 struct Walk<'a, V: Floats<N>, const N: usize, T> {
     door: V::Door,
@@ -113,23 +126,29 @@ impl<V: Floats<N>, const N: usize, T: WideRecord<N>> Walk<'_, V, N, T> {
                 observer.inner_node();
                 let node = bounds.enter_wide(first)?;
                 let (near, mut met) = self.slabs.test(self.door, node, end);
-                let base = height;
-                while met != 0 {
-                    let lane = met.trailing_zeros() as usize % N;
-                    met &= met - 1;
-                    let Some((first, count)) = node.links(lane) else { continue };
-                    let child = Pending { near: near[lane], first, count };
-                    if height >= STACK {
-                        return too_deep();
+                // A ray meets one or two children of most nodes: one is entered at once, and of two the farther one waits.
+                if let Some(mut nearest) = next_met(node, &near, &mut met) {
+                    let base = height;
+                    while let Some(child) = next_met(node, &near, &mut met) {
+                        let is_nearer = child.near < nearest.near;
+                        let waits = if is_nearer { nearest } else { child };
+                        nearest = if is_nearer { child } else { nearest };
+                        if height >= STACK {
+                            return too_deep();
+                        }
+                        // The nearest on top, and of equals the first: one that was the nearest comes before its equals, another after them.
+                        let mut at = height;
+                        while at > base
+                            && (stack[at - 1].near < waits.near || (!is_nearer && stack[at - 1].near == waits.near))
+                        {
+                            stack[at] = stack[at - 1];
+                            at -= 1;
+                        }
+                        stack[at] = waits;
+                        height += 1;
                     }
-                    // The nearest on top, and of equals the first.
-                    let mut at = height;
-                    while at > base && stack[at - 1].near <= child.near {
-                        stack[at] = stack[at - 1];
-                        at -= 1;
-                    }
-                    stack[at] = child;
-                    height += 1;
+                    (first, count) = (nearest.first, nearest.count);
+                    continue;
                 }
             } else {
                 let items = bounds.leaf(first, count)?;
