@@ -195,7 +195,7 @@ fn figures_are_printed_as_text_and_as_markdown() {
     let place = roof();
     let said = place.ok(&format!("chart roof.obj {QUICK} --rounds 1"));
     assert!(said.out.starts_with("Build time against ray cost: roof.obj, 80 triangles\n"), "{}", said.out);
-    let said = place.ok(&format!("chart roof.obj {QUICK} --rounds 1 --markdown"));
+    let said = place.ok(&format!("chart *.obj {QUICK} --rounds 1 --markdown"));
     let row = said.out.lines().find(|line| line.starts_with("| sweep |")).unwrap();
     assert!(row.ends_with("| `--method sweep` |"), "{row}");
     assert!(said.out.contains("```sh\nbvhc chart roof.obj -o chart.html"), "{}", said.out);

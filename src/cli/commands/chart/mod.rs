@@ -16,6 +16,7 @@ use crate::cli::figures;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::outputs;
+use crate::cli::patterns;
 use crate::cli::reading::ModelReading;
 use crate::report::chart::Chart;
 use crate::report::chart::page::{Page, Section};
@@ -34,7 +35,7 @@ use std::time::{Duration, Instant};
 /// median of the rounds counts, and what the rounds cannot tell apart is said. Ray cost is 1.2 · nodes + triangle tests a ray, a mean over camera rays, one
 /// diffuse bounce and ambient occlusion: a count, the same on every machine. Other arithmetics are judged and timed as by `verify --accuracy`. Of a sequence, a
 /// file of many frames, ray cost and bytes are shown frame by frame. SIGINT ends the measuring, and what is measured is written.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ChartArgs {
     /// Models, or sequences that `bvhc build` made
@@ -80,6 +81,7 @@ const EXAMPLES: &str = "Examples:
 
 pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
     let recipes = recipes::all(&args.recipes)?;
+    let args = &ChartArgs { models: patterns::expand(&args.models, "chart")?, ..args.clone() };
     let outputs = [&args.output, &args.svg, &args.csv];
     for output in outputs.iter().copied().flatten() {
         outputs::writable(output)?;
