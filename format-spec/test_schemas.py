@@ -116,6 +116,10 @@ def documents(tool, scratch):
     yield from run("verify", files[0], "--ray", "0,0.5,-9,0,0,1", *on_cpu)
     yield from run("verify", *files[:2], "--accuracy", "--rays", "500")
     yield from run("verify", "--list-devices")
+    chart = ["--rays", "64", "--rounds", "1"]
+    all_of_it = ["-o", "chart.html", "--accuracy-rays", "200", "--recipe", "--method sweep --reinsert 1"]
+    yield from run("chart", "odd.obj", "clip.bvhc", *chart, *all_of_it)
+    yield from run("chart", SAMPLES / "pillar.obj", *chart, "--accuracy-rays", "0", "--budget", "0s")
 
 
 def moving():

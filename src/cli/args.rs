@@ -1,6 +1,6 @@
 //! What can be typed: the global flags and the list of commands. Each command's own flags stand in its file.
 
-use super::commands::{build, check, completions, convert, explain, info, man, reference, stats, verify, view};
+use super::commands::{build, chart, check, completions, convert, explain, info, man, reference, stats, verify, view};
 use super::terminal::ColorChoice;
 use super::{exit, figures};
 use clap::{Args, Parser, Subcommand};
@@ -51,6 +51,7 @@ pub enum Command {
     Check(check::CheckArgs),
     Verify(verify::VerifyArgs),
     View(view::ViewArgs),
+    Chart(chart::ChartArgs),
     Convert(convert::ConvertArgs),
     Explain(explain::ExplainArgs),
     Completions(completions::CompletionsArgs),
@@ -67,7 +68,8 @@ fn after_long_help() -> String {
          bvhc check rock.bvhc                      prove that a file is intact and well formed\n  \
          bvhc verify rock.bvhc --source rock.glb   prove that traversing it finds the right hits\n  \
          bvhc stats rock.bvhc                      what the trees are like\n  \
-         bvhc view rock.bvhc -o rock.png           a picture of it\n\n{}",
+         bvhc view rock.bvhc -o rock.png           a picture of it\n  \
+         bvhc chart rock.glb -o rock.html          what each recipe takes to build, and what rays cost then\n\n{}",
         exit::help_table()
     )
 }

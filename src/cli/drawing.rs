@@ -11,9 +11,12 @@ use std::path::Path;
 
 /// What a chart begins with.
 const CHART: &str = "<!-- bvhc -->\n";
-/// By these the program knows what it wrote: each stands in the first bytes of a chart, a report, a page, a picture, a manual page.
-const MARKS: [&str; 5] = [
+/// What the figures of charts begin with.
+pub const FIGURES: [&str; 4] = ["model", "picture", "name", "flags"];
+/// By these the program knows what it wrote: each stands in the first bytes of a chart, its figures, a report, a page, a picture, a manual page.
+const MARKS: [&str; 6] = [
     CHART,
+    "model,picture,name,flags,",
     "<testsuites name=\"bvhc verify\"",
     "<meta name=\"generator\" content=\"bvhc\">",
     "Software\0bvhc",
@@ -44,6 +47,12 @@ pub fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
     })
 }
 
+/// Write a text; `what` it is, as an error calls it. Whoever calls has the permission of [`interrupt::publish`].
+pub fn text(path: &Path, what: &str, text: &str) -> Result<(), Failure> {
+    std::fs::write(path, text)
+        .map_err(|e| Failure::new(Exit::Io, format!("cannot write {what} {}", names::path(path))).fact(e.to_string()))
+}
+
 /// Write a picture as PNG.
 pub fn picture(path: &Path, canvas: &Canvas) -> Result<(), Failure> {
     let png = canvas.png().map_err(|e| Failure::new(Exit::Internal, "cannot make a PNG").fact(e.to_string()))?;
@@ -51,4 +60,14 @@ pub fn picture(path: &Path, canvas: &Canvas) -> Result<(), Failure> {
     std::fs::write(path, png).map_err(|e| {
         Failure::new(Exit::Io, format!("cannot write the picture {}", names::path(path))).fact(e.to_string())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_begin_with_their_mark() {
+        assert_eq!(FIGURES.join(",") + ",", MARKS[1]);
+    }
 }

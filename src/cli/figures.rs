@@ -53,6 +53,23 @@ pub fn parse_size(text: &str) -> Result<u64, String> {
     number.checked_mul(1 << shift).ok_or_else(|| format!("`{text}` is more than this machine can address"))
 }
 
+/// The reading of `60s`, `2m`, `500ms`: how long something may take. A number alone is seconds.
+pub fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let bad = || format!("`{text}` is no length of time; write a number with s, ms or m, such as 60s");
+    let text = text.trim();
+    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0)];
+    let unit = units.into_iter().find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)));
+    let (number, factor) = unit.unwrap_or((text, 1.0));
+    let digits = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    let number: f64 = if digits { number.parse().map_err(|_| bad())? } else { return Err(bad()) };
+    // A day is more than anybody waits.
+    let most = 86_400.0;
+    if factor * number > most {
+        return Err(format!("`{text}` is more than a day"));
+    }
+    Ok(Duration::from_secs_f64(factor * number))
+}
+
 /// The reading of `1000000`, `1M`, `10k`, `2.5M`: decimal multiples, as things are counted.
 pub fn parse_count(text: &str) -> Result<u64, String> {
     let bad = || format!("`{text}` is not a count; write a whole number or a number with k, M or G, such as 10k or 1M");
@@ -99,6 +116,15 @@ mod tests {
         assert_eq!(parse_count("2.5M"), Ok(2_500_000));
         for bad in ["", "M", "-1", "1.5", "1.2345k", "1e6", "99999999999G"] {
             assert!(parse_count(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn lengths_of_time_are_read_as_people_write_them() {
+        let of = |text| parse_seconds(text).map(|d| d.as_millis());
+        assert_eq!([of("60s"), of("500ms"), of("2m"), of("1.5"), of("0s")], [60_000, 500, 120_000, 1500, 0].map(Ok));
+        for bad in ["", "s", "-1s", "1e3s", "inf", "nan", "1.2.3s", "2000m", "5h"] {
+            assert!(parse_seconds(bad).is_err(), "{bad}");
         }
     }
 

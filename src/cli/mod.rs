@@ -96,6 +96,7 @@ fn dispatch(command: &Command, context: &Context) -> Result<Exit, Failure> {
         Command::Check(args) => commands::check::run(args, context),
         Command::Verify(args) => commands::verify::run(args, context),
         Command::View(args) => commands::view::run(args, context),
+        Command::Chart(args) => commands::chart::run(args, context),
         Command::Convert(args) => commands::convert::run(args, context),
         Command::Explain(args) => commands::explain::run(args, context),
         Command::Completions(args) => commands::completions::run(args, context),

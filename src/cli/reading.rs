@@ -40,6 +40,25 @@ impl ModelReading {
         }
     }
 
+    /// The flags that are given, as they are typed.
+    pub fn typed(&self) -> Vec<String> {
+        let pair = |flag: &str, value: String| [flag.to_owned(), value];
+        let clip = self.clip.as_ref().map(|clip| match clip {
+            AnimationChoice::Name(name) => name.clone(),
+            AnimationChoice::Number(number) => number.to_string(),
+            AnimationChoice::Only => String::new(),
+        });
+        let pairs = [
+            self.degenerate.map(|policy| pair("--degenerate", policy.name().to_owned())),
+            self.scene.map(|number| pair("--scene", number.to_string())),
+            clip.map(|clip| pair("--clip", clip)),
+            self.time.map(|time| pair("--time", time.to_string())),
+        ];
+        let outside = self.allow_outside.then(|| "--allow-outside".to_owned());
+        let ignored = self.ignore_extensions.iter().flat_map(|name| pair("--ignore-extension", name.clone()));
+        pairs.into_iter().flatten().flatten().chain(outside).chain(ignored).collect()
+    }
+
     fn moment(&self) -> Option<Moment> {
         let is_posed = self.clip.is_some() || self.time.is_some();
         is_posed.then(|| Moment { animation: self.clip.clone().unwrap_or_default(), time: self.time })

@@ -32,8 +32,11 @@ fn panel(title: String, y: Axis, report: &Report, value: &dyn Fn(&Row) -> f64) -
     TriangleArithmetic::ALL.iter().enumerate().fold(
         Panel::new(title, x, y.lower_is_better()).with_front(),
         |panel, (colour, triangles)| {
-            let own = report.rows.iter().filter(|r| r.arithmetic.triangles == *triangles);
-            let points = own.map(|r| Point::new(r.mrays_per_second, value(r)).marked(marker(r.arithmetic.boxes)));
+            let own = report.rows.iter().enumerate().filter(|(_, r)| r.arithmetic.triangles == *triangles);
+            let point = |(number, r): (usize, &Row)| {
+                Point::new(r.mrays_per_second, value(r)).marked(marker(r.arithmetic.boxes)).of_row(number)
+            };
+            let points = own.map(point);
             panel.with(Series::new(triangles.name(), colour, points.collect()))
         },
     )

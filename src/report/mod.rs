@@ -26,3 +26,5 @@ pub mod page;
 pub mod picture;
 #[doc(hidden)]
 pub mod stats;
+#[cfg(feature = "cli")]
+pub mod tradeoff;

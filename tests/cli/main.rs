@@ -9,6 +9,7 @@ mod animations;
 mod bounds;
 mod build;
 mod cases;
+mod chart;
 mod depfile;
 mod determinism;
 mod documents;

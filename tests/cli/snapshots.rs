@@ -76,6 +76,7 @@ fn snapshots_of_help() {
         "check -h",
         "verify -h",
         "view -h",
+        "chart -h",
         "convert -h",
     ];
     keep("help", &Place::new(), &commands);

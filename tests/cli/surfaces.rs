@@ -34,7 +34,9 @@ fn the_table_lists_each_code_once() {
 fn every_command_has_help_examples_and_a_man_page() {
     let place = Place::new();
     let written = place.ok("man --out pages").out;
-    for command in ["build", "info", "stats", "check", "verify", "view", "convert", "explain", "completions", "man"] {
+    for command in
+        ["build", "info", "stats", "check", "verify", "view", "chart", "convert", "explain", "completions", "man"]
+    {
         let help = place.ok(&format!("{command} --help")).out;
         assert!(help.contains("Usage: bvhc "), "{help}");
         assert!(written.contains(&format!("bvhc-{command}.1")), "{written}");

@@ -64,7 +64,7 @@ pub fn run(
 }
 
 /// A build's ear for signals without its count of triangles: the bar counts frames.
-struct Ear<'a>(&'a Bar);
+pub struct Ear<'a>(pub &'a Bar);
 
 impl Progress for Ear<'_> {
     fn is_cancelled(&self) -> bool {
@@ -72,7 +72,7 @@ impl Progress for Ear<'_> {
     }
 }
 
-fn failure(error: &FramesError, path: &Path) -> Failure {
+pub fn failure(error: &FramesError, path: &Path) -> Failure {
     let unknown = |fact: String| {
         Failure::new(Exit::Usage, format!("cannot build the frames of {} anew", names::path(path)))
             .fact(fact)

@@ -1,6 +1,7 @@
 //! The commands, one file each: its flags as a clap type, and `run`.
 
 pub mod build;
+pub mod chart;
 pub mod check;
 mod compare;
 pub mod completions;

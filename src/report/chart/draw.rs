@@ -117,7 +117,7 @@ impl Panel {
     fn draw(&self, canvas: &Canvas<'_>, [left, top]: [f64; 2]) -> Drawn {
         let [w, h] = PLOT;
         let (right, bottom) = (left + w, top + h);
-        let across = Fit::new(self.x.scale, self.points().map(|p| p.x));
+        let across = Fit::new(self.x.scale, self.xs());
         let up = Fit::new(self.y.scale, self.points().map(|p| p.y));
         let at = |p: &Point| [left + across.position(p.x) * w, bottom - up.position(p.y) * h];
 
@@ -156,6 +156,9 @@ impl Panel {
         let mut places = Places::new([left, top, right, bottom], self.points().map(at), RADIUS);
         for series in &self.series {
             for point in drawable(series) {
+                if let Some(ends) = point.spread.filter(|ends| ends.iter().all(|x| self.x.scale.takes(*x))) {
+                    line(canvas, ends.map(|x| at(&Point { x, ..point.clone() })), colour(series.colour), 1)?;
+                }
                 point.marker.draw(canvas, at(&point), colour(series.colour))?;
             }
         }
@@ -170,7 +173,8 @@ impl Panel {
 }
 
 impl Series {
-    fn marker(&self) -> Marker {
+    /// What stands for it in a legend.
+    pub(super) fn marker(&self) -> Marker {
         self.points.first().map_or(Marker::Disc, |p| if p.marker == Marker::None { Marker::Disc } else { p.marker })
     }
 }

@@ -1,7 +1,7 @@
 //! Charts that show one quantity against another: a point for each method, a panel for each scene, as SVG.
 //!
 //! `scale` turns values into positions and finds round numbers for the axes, `front` finds what nothing else beats, `labels` keeps names from
-//! covering one another, `draw` draws.
+//! covering one another, `draw` draws; `page` and `inline` make a page of charts with their figures.
 //!
 //! ```
 //! use bvhc::report::chart::{Axis, Chart, Marker, Panel, Point, Series};
@@ -17,7 +17,9 @@
 
 mod draw;
 mod front;
+mod inline;
 mod labels;
+pub mod page;
 mod scale;
 
 pub use draw::ChartError;
@@ -77,6 +79,10 @@ pub struct Point {
     pub marker: Marker,
     /// Beside the marker; may be empty.
     pub label: String,
+    /// From where to where x is uncertain, drawn as a line through the marker.
+    pub spread: Option<[f64; 2]>,
+    /// The row of the table under the chart that tells of it, on a [page](page::Page).
+    pub row: Option<usize>,
 }
 
 /// Shapes that are told apart in print, without colour.
@@ -122,6 +128,16 @@ impl Panel {
         Panel { front: true, ..self }
     }
 
+    /// The points than which no other is at least as good in both quantities and better in one, ascending in x.
+    pub fn best(&self) -> Vec<&Point> {
+        front::of(self)
+    }
+
+    /// All that stands along x: points and the ends of their spreads.
+    fn xs(&self) -> impl Iterator<Item = f64> {
+        self.points().flat_map(|p| std::iter::once(p.x).chain(p.spread.into_iter().flatten()))
+    }
+
     /// Points that can be drawn: finite, and positive where the axis is logarithmic.
     fn points(&self) -> impl Iterator<Item = &Point> {
         self.series.iter().flat_map(|s| &s.points).filter(|p| self.x.scale.takes(p.x) && self.y.scale.takes(p.y))
@@ -144,13 +160,25 @@ impl Series {
 impl Point {
     /// A disc without a label.
     pub fn new(x: f64, y: f64) -> Point {
-        Point { x, y, marker: Marker::Disc, label: String::new() }
+        Point { x, y, marker: Marker::Disc, label: String::new(), spread: None, row: None }
     }
 
     /// With a text beside the marker.
     #[must_use]
     pub fn named(self, label: impl Into<String>) -> Point {
         Point { label: label.into(), ..self }
+    }
+
+    /// See [`Point::spread`](Point#structfield.spread).
+    #[must_use]
+    pub fn spread(self, ends: [f64; 2]) -> Point {
+        Point { spread: Some(ends), ..self }
+    }
+
+    /// See [`Point::row`](Point#structfield.row).
+    #[must_use]
+    pub fn of_row(self, row: usize) -> Point {
+        Point { row: Some(row), ..self }
     }
 
     /// With another shape.

@@ -10,6 +10,8 @@ pub enum Scale {
     Logarithmic,
     /// Logarithmic, with a place of its own for zero below all others.
     LogarithmicOrZero,
+    /// Positive values only, spaced by their logarithms and fitted closely: for values that differ little.
+    Close,
 }
 
 impl Scale {
@@ -18,7 +20,7 @@ impl Scale {
         value.is_finite()
             && match self {
                 Scale::Linear => true,
-                Scale::Logarithmic => value > 0.0,
+                Scale::Logarithmic | Scale::Close => value > 0.0,
                 Scale::LogarithmicOrZero => value >= 0.0,
             }
     }
@@ -49,6 +51,11 @@ impl Axis {
     /// [`Scale::LogarithmicOrZero`], higher values better.
     pub fn logarithmic_or_zero(label: impl Into<String>) -> Axis {
         Axis { scale: Scale::LogarithmicOrZero, ..Axis::linear(label) }
+    }
+
+    /// [`Scale::Close`], higher values better.
+    pub fn close(label: impl Into<String>) -> Axis {
+        Axis { scale: Scale::Close, ..Axis::linear(label) }
     }
 
     /// The same axis, on which the front looks for low values.
@@ -92,9 +99,10 @@ impl Fit {
             return Fit { scale, low, high: high + 0.08 * span, floor };
         }
 
-        // At least a factor of three, and some room at both ends.
+        // At least a factor of three, or of a tenth more, and some room at both ends.
         let (low, high) = (low.log10(), high.log10());
-        let spare = (0.24 - 0.5 * (high - low)).max(0.0) + 0.07 * (high - low);
+        let least = if scale == Scale::Close { 0.02 } else { 0.24 };
+        let spare = (least - 0.5 * (high - low)).max(0.0) + 0.07 * (high - low);
         Fit { scale, low: low - spare, high: high + spare, floor }
     }
 
@@ -112,13 +120,13 @@ impl Fit {
     /// Values to mark, ascending: 1, 2 or 5 times a power of ten, about six of them.
     pub fn ticks(&self) -> Vec<f64> {
         let mut ticks = Vec::new();
-        if self.scale == Scale::Linear {
-            let rough = (self.high - self.low) / 6.0;
-            let power = 10f64.powf(rough.log10().floor());
-            let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough);
-            let step = step.unwrap_or(10.0 * power);
-            let (first, last) = ((self.low / step).ceil() as i64, (self.high / step).floor() as i64);
-            return (first..=last).map(|i| i as f64 * step).collect();
+        match self.scale {
+            Scale::Linear => return even(self.low, self.high),
+            // Within a decade even steps are as good as any.
+            Scale::Close if self.high - self.low < 0.6 => {
+                return even(10f64.powf(self.low), 10f64.powf(self.high));
+            }
+            _ => {}
         }
         if self.floor > 0.0 {
             ticks.push(0.0);
@@ -139,6 +147,16 @@ impl Fit {
         }
         ticks
     }
+}
+
+/// 1, 2 or 5 times a power of ten apart, about six of them.
+fn even(low: f64, high: f64) -> Vec<f64> {
+    let rough = (high - low) / 6.0;
+    let power = 10f64.powf(rough.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough);
+    let step = step.unwrap_or(10.0 * power);
+    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+    (first..=last).map(|i| i as f64 * step).collect()
 }
 
 /// `0.2`, `50`, `20k`, `1M`, `1e-6`.

@@ -36,6 +36,9 @@ fn axes_have_round_numbers_and_a_place_for_zero() {
     assert_eq!(or_zero.ticks(), [0.0, 10.0, 100.0, 1e3, 1e4, 1e5]);
     assert!(or_zero.position(0.0) > 0.0 && or_zero.position(0.0) < or_zero.position(10.0));
     assert_eq!(Fit::new(Scale::Logarithmic, std::iter::empty()).ticks(), [1.0, 2.0, 5.0, 10.0]);
+    let close = Fit::new(Scale::Close, [10.7, 12.4, 0.0].into_iter());
+    assert_eq!(close.ticks(), [11.0, 11.5, 12.0, 12.5]);
+    assert!(close.position(10.7) < 0.1 && close.position(12.4) > 0.9);
     let narrow = Fit::new(Scale::Logarithmic, [0.41, 0.52].into_iter());
     assert!(narrow.ticks().len() >= 3, "{:?}", narrow.ticks());
 }

@@ -37,16 +37,16 @@ pub fn chart(reports: &[SequenceReport]) -> Chart {
 fn series(report: &SequenceReport, name: &str, colour: usize, value: impl Fn(&FrameReport) -> Option<f64>) -> Series {
     let plain = if report.frames.len() > MARKED { Marker::None } else { Marker::Disc };
     let mut segment = report.frames.first().map_or(0, |frame| frame.segment);
-    let point = |frame: &FrameReport| {
+    let point = |(number, frame): (usize, &FrameReport)| {
         let begins = std::mem::replace(&mut segment, frame.segment) != frame.segment;
         let marker = match (frame.built > 0, begins) {
             (true, _) => Marker::Square,
             (false, true) => Marker::Triangle,
             (false, false) => plain,
         };
-        Some(Point::new(frame.number.into(), value(frame)?).marked(marker))
+        Some(Point::new(frame.number.into(), value(frame)?).marked(marker).of_row(number))
     };
-    Series::new(name, colour, report.frames.iter().filter_map(point).collect()).connected()
+    Series::new(name, colour, report.frames.iter().enumerate().filter_map(point).collect()).connected()
 }
 
 #[cfg(test)]

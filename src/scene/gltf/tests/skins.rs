@@ -169,7 +169,7 @@ fn inverse_bind_matrices_may_be_absent_and_must_suffice() {
 
 #[test]
 fn a_skin_whose_joints_all_mirror_is_counted() {
-    let counted = |first: f64, second: f64| {
+    let counted = |first: f32, second: f32| {
         let mut b = skinned();
         let mirror = |x: f32| [x, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
         let binds = b.floats("MAT4", &[mirror(first), mirror(second)]);

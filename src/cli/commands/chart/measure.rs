@@ -1,0 +1,198 @@
+//! One model, or the frames of one sequence, measured.
+
+use super::ChartArgs;
+use crate::cache;
+use crate::cli::Context;
+use crate::cli::advice;
+use crate::cli::caches;
+use crate::cli::commands::frames::{self, Ear};
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::names;
+use crate::cli::progress::Bar;
+use crate::report::frames::{Measure as FrameMeasure, SequenceReport};
+use crate::report::tradeoff::{Contest, Effort, Reason, Recipe, TradeOff, Watch};
+use crate::scene::{self, ReadOptions, Scene};
+use crate::verify::accuracy::{AccuracyError, Measure, Report, measure as measure_accuracy};
+use crate::verify::{Subject, scene_of_file};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// What was measured of one input.
+pub enum Charted {
+    Model(Box<Model>),
+    Sequence(PathBuf, SequenceReport),
+}
+
+/// What was measured of one model.
+pub struct Model {
+    pub path: PathBuf,
+    /// Of the scene, instances counted.
+    pub triangles: u64,
+    pub recipes: TradeOff,
+    pub arithmetic: Result<Arithmetic, Missing>,
+}
+
+/// Other arithmetics on one of the trees.
+pub struct Arithmetic {
+    /// The recipe of the tree.
+    pub tree: String,
+    pub report: Report,
+}
+
+/// Why there is no picture of arithmetics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    NotAsked,
+    Budget,
+    Interrupted,
+}
+
+impl Charted {
+    pub fn path(&self) -> &Path {
+        match self {
+            Charted::Model(model) => &model.path,
+            Charted::Sequence(path, _) => path,
+        }
+    }
+}
+
+pub fn measure(
+    path: &Path,
+    recipes: &[Recipe],
+    until: Instant,
+    args: &ChartArgs,
+    context: &Context,
+) -> Result<Charted, Failure> {
+    let bar = Bar::new(&context.terminal, &names::path(path));
+    if caches::is_sequence(path, context) {
+        return sequence(path, args, &bar, context);
+    }
+    if caches::head(path, context).is_ok() {
+        return Err(Failure::new(Exit::Usage, format!("cannot chart {}", names::path(path)))
+            .fact("it is a cache file, whose trees are built already, and recipes build a model's")
+            .help(format!(
+                "name its model; what rays cost in the file says bvhc stats {} --rays 4096",
+                names::path(path)
+            )));
+    }
+    model(path, recipes, until, args, &bar, context)
+}
+
+fn sequence(path: &Path, args: &ChartArgs, bar: &Bar, context: &Context) -> Result<Charted, Failure> {
+    cache::sound_sequence(path, &caches::options(context), &context.exec).map_err(|e| caches::failure(&e))?;
+    let sequence = caches::open_sequence(path, context)?;
+    let frames = sequence.frame_count() as u64;
+    bar.phase("measuring frames of", frames);
+    let measure = FrameMeasure { rays: args.rays as usize, fresh: false };
+    let name = path.to_string_lossy().into_owned();
+    let done = |done| bar.set(done, frames);
+    let report = SequenceReport::of(name, &sequence, &measure, &context.exec, &Ear(bar), done);
+    report.map(|report| Charted::Sequence(path.to_owned(), report)).map_err(|error| frames::failure(&error, path))
+}
+
+fn model(
+    path: &Path,
+    recipes: &[Recipe],
+    until: Instant,
+    args: &ChartArgs,
+    bar: &Bar,
+    context: &Context,
+) -> Result<Charted, Failure> {
+    bar.phase("reading", 1);
+    let read = ReadOptions { max_memory: context.global.max_memory, ..args.reading.resolve() };
+    let mut progress = |done: u64, length: u64| bar.set(done, length);
+    let scene = scene::read_with(path, &read, &context.exec, &mut progress).map_err(|e| caches::scene_failure(&e))?;
+    if scene.instanced_triangles() == 0 {
+        return Err(
+            Failure::new(Exit::Model, format!("cannot chart {}", names::path(path))).fact("there is no triangle in it")
+        );
+    }
+    for recipe in recipes {
+        caches::fits(path, &scene, &recipe.options, context)?;
+    }
+    let effort = Effort { rays: args.rays as usize, rounds: args.rounds, until };
+    let mut contest = Contest::new(&scene, recipes, effort, &context.exec, bar);
+    contest.first_round(&advice::flags).map_err(|e| caches::failure(&e))?;
+    let arithmetic = accuracy(&contest, &scene, until, args, bar, context)?;
+    contest.release();
+    contest.more_rounds();
+    let measured = contest.finish();
+    if measured.recipes.is_empty() {
+        let failed = measured.left_out.iter().find_map(|left| match &left.reason {
+            Reason::Failed(why) => {
+                Some(Failure::new(Exit::Model, format!("cannot chart {}", names::path(path))).fact(why))
+            }
+            _ => None,
+        });
+        return Err(failed.unwrap_or_else(Failure::interrupted));
+    }
+    let (path, triangles) = (path.to_owned(), scene.instanced_triangles());
+    Ok(Charted::Model(Box::new(Model { path, triangles, recipes: measured, arithmetic })))
+}
+
+impl Watch for Bar {
+    fn is_cancelled(&self) -> bool {
+        crate::build::Progress::is_cancelled(self)
+    }
+
+    fn step(&self, recipe: &str, round: u32, done: u64, of: u64) {
+        self.phase(&format!("round {round}, {recipe}:"), of);
+        self.set(done, of);
+    }
+}
+
+/// Fair rays that are timed by each arithmetic, and how often; and what brute force may spend, in rays × triangles: a page is made in a minute.
+const TIMED: u64 = 1 << 13;
+const TIMED_ROUNDS: u32 = 5;
+const ORACLE_WORK: u64 = 2_000_000_000;
+
+fn accuracy(
+    contest: &Contest<'_>,
+    scene: &Scene,
+    until: Instant,
+    args: &ChartArgs,
+    bar: &Bar,
+    context: &Context,
+) -> Result<Result<Arithmetic, Missing>, Failure> {
+    let Some((tree, image)) = contest.kept().filter(|_| args.accuracy_rays > 0) else {
+        return Ok(Err(Missing::NotAsked));
+    };
+    let internal = |text: String| Failure::new(Exit::Internal, "cannot judge arithmetics").fact(text);
+    let view = image.view();
+    // The triangles in the coordinates of the trees; what reading lost is the same for all arithmetics.
+    let held = scene_of_file(&view, cache::Names::new(&[])).map_err(|e| internal(e.to_string()))?;
+    let subject = Subject::new(view, &held, &context.exec);
+    let rays = args.accuracy_rays;
+    let how = Measure {
+        rays,
+        timed: TIMED.min(rays),
+        rounds: TIMED_ROUNDS.min(args.rounds),
+        oracle_work: ORACLE_WORK,
+        ..Measure::default()
+    };
+    bar.phase("judging arithmetics on", how.steps(scene.instanced_triangles()));
+    let ear = Until { bar, until };
+    match measure_accuracy(&subject.view, &subject.oracle, &subject.sampler, &how, &context.exec, &ear) {
+        Ok(report) => Ok(Ok(Arithmetic { tree: tree.to_string(), report })),
+        Err(AccuracyError::Cancelled) if Watch::is_cancelled(bar) => Ok(Err(Missing::Interrupted)),
+        Err(AccuracyError::Cancelled) => Ok(Err(Missing::Budget)),
+        Err(error) => Err(internal(error.to_string())),
+    }
+}
+
+/// A bar that stops at a time.
+struct Until<'a> {
+    bar: &'a Bar,
+    until: Instant,
+}
+
+impl crate::build::Progress for Until<'_> {
+    fn is_cancelled(&self) -> bool {
+        crate::build::Progress::is_cancelled(self.bar) || Instant::now() >= self.until
+    }
+
+    fn advance(&self, steps: u64) {
+        crate::build::Progress::advance(self.bar, steps);
+    }
+}

@@ -1,0 +1,342 @@
+//! Trees built in rounds, and rays traced in them.
+
+use super::chart::mark_front;
+use super::times::{Times, indistinct};
+use super::{LeftOut, Origin, Reason, Recipe, Row, TradeOff};
+use crate::build::{BuildError, BuildOptions, Levels, Progress};
+use crate::cache::{CacheError, Image};
+use crate::compile::{LaidOut, compile_laid_out, lay_out};
+use crate::exec::Executor;
+use crate::report::file::FileReport;
+use crate::report::rays::RayReport;
+use crate::scene::Scene;
+use crate::search::NAMED_RECIPE;
+use crate::tree::Accel;
+use std::time::Instant;
+
+/// How thoroughly.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Rays in each of three sets, about.
+    pub rays: usize,
+    /// How often each recipe is built at most.
+    pub rounds: u32,
+    /// When to stop. The first recipe is finished in any case.
+    pub until: Instant,
+}
+
+/// Who watches, and may interrupt.
+pub trait Watch: Sync {
+    /// Asked often; what is measured then stays.
+    fn is_cancelled(&self) -> bool;
+    /// The build of a recipe begins, in this round, counted from 1; `done` of `of` builds are finished.
+    fn step(&self, recipe: &str, round: u32, done: u64, of: u64);
+}
+
+/// The recipes of one scene, while they are measured: [`first_round`](Contest::first_round), then [`more_rounds`](Contest::more_rounds), then
+/// [`finish`](Contest::finish).
+pub struct Contest<'a> {
+    scene: &'a Scene,
+    effort: Effort,
+    exec: &'a Executor,
+    watch: &'a dyn Watch,
+    /// The quickest first, as far as that is known before.
+    recipes: Vec<Recipe>,
+    /// The scene as its trees index it, for each layout that some recipe asks for.
+    laid: Vec<(Levels, LaidOut)>,
+    measured: Vec<Measured>,
+    left_out: Vec<LeftOut>,
+    /// The trees of the default recipe, or else those that were built first.
+    kept: Option<(String, Image)>,
+}
+
+struct Measured {
+    recipe: Recipe,
+    rounds: Vec<f64>,
+    row: Row,
+}
+
+impl<'a> Contest<'a> {
+    /// Of recipes in any order, whose names differ.
+    pub fn new(
+        scene: &'a Scene,
+        recipes: &[Recipe],
+        effort: Effort,
+        exec: &'a Executor,
+        watch: &'a dyn Watch,
+    ) -> Contest<'a> {
+        let mut recipes = recipes.to_vec();
+        recipes.sort_by(|a, b| a.weight().total_cmp(&b.weight()));
+        let (laid, measured, left_out, kept) = (Vec::new(), Vec::new(), Vec::new(), None);
+        Contest { scene, effort, exec, watch, recipes, laid, measured, left_out, kept }
+    }
+
+    /// Build each recipe once and trace rays in its trees, the quickest first, for as long as there is time. A recipe that a search ends with joins
+    /// the others, as what a user says for options is made by `spell`.
+    ///
+    /// # Errors
+    /// Where trees cannot be laid out as records, which is a fault of the builder.
+    pub fn first_round(&mut self, spell: &dyn Fn(&BuildOptions) -> String) -> Result<(), CacheError> {
+        let mut next = 0;
+        while let Some(recipe) = self.recipes.get(next).cloned() {
+            self.watch.step(&recipe.name, 1, next as u64, self.recipes.len() as u64);
+            next += 1;
+            // Something is measured in any case.
+            let deadline = (!self.measured.is_empty()).then_some(self.effort.until);
+            match self.build(&recipe.options, deadline) {
+                Ok((seconds, accel)) => {
+                    let choice = chosen(&accel.notes);
+                    self.judge(recipe.clone(), seconds, &accel)?;
+                    if let Some(options) = choice {
+                        self.choose(&recipe, options, spell);
+                    }
+                }
+                Err(error) => self.leave_out(recipe, &error),
+            }
+        }
+        Ok(())
+    }
+
+    /// The trees of the default recipe, or else those of the quickest, with the recipe's name; nothing before the first round.
+    pub fn kept(&self) -> Option<(&str, &Image)> {
+        self.kept.as_ref().map(|(name, image)| (name.as_str(), image))
+    }
+
+    /// Give up the trees that are [kept](Contest::kept).
+    pub fn release(&mut self) {
+        self.kept = None;
+    }
+
+    /// Build what was built again and again, for as long as there is time and there are rounds to do. Each round begins with another recipe. A recipe that would take
+    /// longer than is left is passed over.
+    pub fn more_rounds(&mut self) {
+        let count = self.measured.len();
+        let of = u64::from(self.effort.rounds) * count as u64;
+        let mut done = count as u64;
+        for round in 1..self.effort.rounds {
+            let before = done;
+            for turn in 0..count {
+                let which = (round as usize + turn) % count;
+                let Measured { recipe, rounds, .. } = &self.measured[which];
+                let (name, options) = (recipe.name.clone(), recipe.options.clone());
+                let expected = rounds.iter().copied().fold(f64::INFINITY, f64::min);
+                let left = self.effort.until.saturating_duration_since(Instant::now()).as_secs_f64();
+                if self.watch.is_cancelled() || expected > left {
+                    continue;
+                }
+                self.watch.step(&name, round + 1, done, of);
+                if let Ok((seconds, _)) = self.build(&options, Some(self.effort.until)) {
+                    self.measured[which].rounds.push(seconds);
+                    done += 1;
+                }
+            }
+            if done == before {
+                return;
+            }
+        }
+    }
+
+    /// What was measured.
+    pub fn finish(self) -> TradeOff {
+        let with_times = |m: Measured| Row { build: Times::of(&m.rounds), ..m.row };
+        let mut recipes: Vec<Row> = self.measured.into_iter().map(with_times).collect();
+        mark_front(&mut recipes);
+        let times: Vec<Times> = recipes.iter().map(|row| row.build).collect();
+        let names = |group: Vec<usize>| group.into_iter().map(|i| recipes[i].name.clone()).collect();
+        let indistinct = indistinct(&times).into_iter().map(names).collect();
+        TradeOff { recipes, left_out: self.left_out, indistinct }
+    }
+
+    /// The trees, and the seconds that they took, layout excepted.
+    fn build(&mut self, options: &BuildOptions, deadline: Option<Instant>) -> Result<(f64, Accel), BuildError> {
+        let ear = Ear { watch: self.watch, deadline };
+        if ear.is_cancelled() {
+            return Err(BuildError::Cancelled);
+        }
+        let laid = match self.laid.iter().find(|(levels, _)| *levels == options.levels) {
+            Some((_, laid)) => laid.clone(),
+            None => {
+                let laid = lay_out(self.scene.clone(), options, self.exec)?;
+                self.laid.push((options.levels, laid.clone()));
+                laid
+            }
+        };
+        let start = Instant::now();
+        let accel = compile_laid_out(laid, options, self.exec, &ear)?;
+        Ok((start.elapsed().as_secs_f64(), accel))
+    }
+
+    fn judge(&mut self, recipe: Recipe, seconds: f64, accel: &Accel) -> Result<(), CacheError> {
+        let image = Image::of_compiled(accel, self.exec)?;
+        let view = image.view();
+        let file = FileReport::of_view(String::new(), 0, &view);
+        let row = Row {
+            name: recipe.name.clone(),
+            origin: recipe.origin,
+            flags: recipe.flags.clone(),
+            chosen_by: Vec::new(),
+            front: false,
+            build: Times::default(),
+            rays: RayReport::of_view(&view, self.effort.rays, self.exec),
+            nodes: file.blas.nodes,
+            references: file.blas.refs,
+            depth: file.blas.max_depth,
+            sah: file.blas.sah,
+            notes: accel.notes.clone(),
+        };
+        if self.kept.is_none() || recipe.builds_as(&BuildOptions::default()) {
+            self.kept = Some((recipe.name.clone(), image));
+        }
+        self.measured.push(Measured { recipe, rounds: vec![seconds], row });
+        Ok(())
+    }
+
+    /// Mark what a search ended with, where it is a recipe of the list; else put it there.
+    fn choose(&mut self, search: &Recipe, options: BuildOptions, spell: &dyn Fn(&BuildOptions) -> String) {
+        let options = BuildOptions { levels: search.options.levels, ..options };
+        if let Some(known) = self.measured.iter_mut().find(|m| m.recipe.builds_as(&options)) {
+            known.row.chosen_by.push(search.name.clone());
+            return;
+        }
+        let name = format!("{}'s choice", search.name);
+        let (origin, flags) = (Origin::Choice, spell(&options));
+        let recipe = Recipe { name, origin, flags, options };
+        let deadline = Some(self.effort.until);
+        self.watch.step(&recipe.name, 1, self.measured.len() as u64, self.recipes.len() as u64 + 1);
+        match self.build(&recipe.options, deadline) {
+            Ok((seconds, accel)) if self.judge(recipe.clone(), seconds, &accel).is_ok() => {
+                if let Some(last) = self.measured.last_mut() {
+                    last.row.chosen_by.push(search.name.clone());
+                }
+            }
+            Ok(_) => {}
+            Err(error) => self.leave_out(recipe, &error),
+        }
+    }
+
+    fn leave_out(&mut self, recipe: Recipe, error: &BuildError) {
+        let reason = match error {
+            BuildError::Cancelled if self.watch.is_cancelled() => Reason::Interrupted,
+            BuildError::Cancelled => Reason::Budget,
+            other => Reason::Failed(other.to_string()),
+        };
+        self.left_out.push(LeftOut { name: recipe.name, flags: recipe.flags, reason });
+    }
+}
+
+/// The recipe that a search ended with, from what it wrote down; nothing where it chose for several trees.
+fn chosen(notes: &[String]) -> Option<BuildOptions> {
+    let mut named = notes.iter().filter_map(|note| note.split_once(NAMED_RECIPE));
+    let (search, recipe) = named.next()?;
+    if named.next().is_some() || search.contains(", tree ") {
+        return None;
+    }
+    let mut pairs = recipe.split(' ').map(|pair| pair.split_once('=')).collect::<Option<Vec<_>>>()?.into_iter();
+    let (_, method) = pairs.next().filter(|(name, _)| *name == "method")?;
+    let options: Vec<(String, String)> = pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).collect();
+    BuildOptions::recorded(method, &options).ok()
+}
+
+/// What a build listens to.
+struct Ear<'a> {
+    watch: &'a dyn Watch,
+    deadline: Option<Instant>,
+}
+
+impl Progress for Ear<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.watch.is_cancelled() || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::{Method, Preset};
+    use crate::scene::{ReadOptions, read};
+    use std::sync::atomic::{AtomicU32, Ordering};
+    use std::time::Duration;
+
+    /// Interrupts after so many steps.
+    struct After(AtomicU32);
+
+    impl Watch for After {
+        fn is_cancelled(&self) -> bool {
+            self.0.load(Ordering::SeqCst) == 0
+        }
+
+        fn step(&self, _recipe: &str, _round: u32, _done: u64, _of: u64) {
+            let left = self.0.load(Ordering::SeqCst);
+            self.0.store(left.saturating_sub(1), Ordering::SeqCst);
+        }
+    }
+
+    fn recipes() -> Vec<Recipe> {
+        let preset = |(preset, name): (Preset, &str)| Recipe {
+            name: name.to_string(),
+            origin: Origin::Preset,
+            flags: String::new(),
+            options: BuildOptions::preset(preset),
+        };
+        [(Preset::Auto, "auto"), (Preset::Balanced, "balanced"), (Preset::Draft, "draft")].map(preset).to_vec()
+    }
+
+    fn measured(recipes: &[Recipe], budget: Duration, rounds: u32, steps: u32) -> TradeOff {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("samples/helicopter/heli.0001.obj");
+        let (scene, exec) = (read(&path, &ReadOptions::default()).unwrap(), Executor::sequential());
+        let effort = Effort { rays: 64, rounds, until: Instant::now() + budget };
+        let watch = After(AtomicU32::new(steps));
+        let mut contest = Contest::new(&scene, recipes, effort, &exec, &watch);
+        contest.first_round(&|options| format!("as {}", options.method)).unwrap();
+        assert_eq!(contest.kept().is_some(), steps > 1);
+        contest.more_rounds();
+        contest.finish()
+    }
+
+    #[test]
+    fn what_a_search_chose_costs_what_the_search_costs_and_builds_without_it() {
+        let all = measured(&recipes(), Duration::from_secs(600), 2, 1000);
+        let names: Vec<&str> = all.recipes.iter().map(|row| row.name.as_str()).collect();
+        assert_eq!(names, ["draft", "balanced", "auto", "auto's choice"]);
+        assert!(all.left_out.is_empty() && all.recipes.iter().all(|row| row.build.rounds == 2), "{all:?}");
+        let (auto, choice) = (&all.recipes[2], &all.recipes[3]);
+        assert_eq!((auto.rays.cost, auto.nodes, auto.references), (choice.rays.cost, choice.nodes, choice.references));
+        assert_eq!((choice.origin, &choice.chosen_by[..]), (Origin::Choice, &["auto".to_string()][..]));
+        assert!(choice.flags.starts_with("as ") && all.recipes.iter().any(|row| row.front));
+
+        // Where the list has it, it is marked there.
+        let listed = BuildOptions { method: Method::Sbvh, ..chosen(&auto.notes).unwrap() };
+        let named = Recipe { name: "mine".into(), origin: Origin::Given, flags: String::new(), options: listed };
+        let again = measured(&[recipes(), vec![named]].concat(), Duration::from_secs(600), 1, 1000);
+        let mine = again.recipes.iter().find(|row| row.name == "mine").unwrap();
+        assert_eq!((again.recipes.len(), &mine.chosen_by[..]), (4, &["auto".to_string()][..]));
+    }
+
+    #[test]
+    fn without_time_the_quickest_is_measured_and_the_others_are_told() {
+        let all = measured(&recipes(), Duration::ZERO, 5, 1000);
+        let left: Vec<(&str, &Reason)> = all.left_out.iter().map(|l| (l.name.as_str(), &l.reason)).collect();
+        assert_eq!(all.recipes.len(), 1);
+        assert_eq!((all.recipes[0].name.as_str(), all.recipes[0].build.rounds), ("draft", 1));
+        assert_eq!(left, [("balanced", &Reason::Budget), ("auto", &Reason::Budget)]);
+    }
+
+    #[test]
+    fn what_was_measured_before_an_interruption_stays() {
+        let all = measured(&recipes(), Duration::from_secs(600), 5, 2);
+        assert_eq!((all.recipes.len(), all.left_out.len()), (1, 2), "{all:?}");
+        assert!(all.left_out.iter().all(|l| l.reason == Reason::Interrupted));
+        assert!(measured(&recipes(), Duration::from_secs(600), 5, 1).recipes.is_empty());
+    }
+
+    #[test]
+    fn a_choice_for_several_trees_is_none() {
+        let note = |text: &str| vec![text.to_string()];
+        assert_eq!(chosen(&note("auto: without the search: method=sweep max-leaf=4")).unwrap().max_leaf, 4);
+        for odd in
+            ["auto, tree 3: without the search: method=sweep", "auto: without the search: sweep", "auto: took it"]
+        {
+            assert!(chosen(&note(odd)).is_none(), "{odd}");
+        }
+    }
+}

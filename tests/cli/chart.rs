@@ -1,0 +1,241 @@
+//! `chart`: build time against ray cost, and speed against wrong hits, on one page.
+
+use crate::frames::heli;
+use crate::{Place, repository, strip};
+use serde_json::Value;
+
+/// A strip of 80 triangles.
+fn roof() -> Place {
+    let place = Place::new();
+    place.write("roof.obj", strip(40));
+    place
+}
+
+const QUICK: &str = "--rays 64 --accuracy-rays 0 --budget 600s";
+
+fn text(place: &Place, name: &str) -> String {
+    String::from_utf8(place.read(name)).unwrap()
+}
+
+#[test]
+fn the_page_holds_every_recipe_with_its_figures_and_asks_no_network() {
+    let place = roof();
+    let mut command = place.command();
+    command.args(["chart", "roof.obj", "--rounds", "3", "--json", "-o", "page.html", "--svg", "page.svg", "--csv"]);
+    command.args(["page.csv", "--accuracy-rays", "200", "--rays", "64", "--budget", "600s"]);
+    command.args(["--recipe", "moved=--method sweep --reinsert 2"]);
+    let json = crate::said(command.output().unwrap()).json();
+    assert_eq!((json["schema"].as_str(), json["interrupted"].as_bool()), (Some("bvhc.chart.v1"), Some(false)));
+    let model = &json["models"][0];
+    let recipes = model["recipes"].as_array().unwrap();
+    let names: Vec<&str> = recipes.iter().map(|row| row["name"].as_str().unwrap()).collect();
+    for name in ["draft", "balanced", "auto", "best", "binned", "sbvh", "bonsai", "sweep", "agglomerative", "moved"] {
+        assert!(names.contains(&name), "{name} is not among {names:?}");
+    }
+    assert!(recipes.iter().all(|row| row["build"]["rounds"] == 3), "{json}");
+    assert!(recipes.iter().any(|row| row["front"] == true));
+    assert_eq!(model["left_out"].as_array().unwrap().len(), 0);
+
+    let (html, svg, csv) = (text(&place, "page.html"), text(&place, "page.svg"), text(&place, "page.csv"));
+    for (row, recipe) in recipes.iter().enumerate() {
+        let name = recipe["name"].as_str().unwrap();
+        // Names may have a quote, which a page escapes.
+        let shown = name.replace('\'', "&#39;");
+        let cost = format!("{:.2}", recipe["rays"]["cost"].as_f64().unwrap());
+        let line = html.lines().find(|line| line.contains(&format!("<th scope=\"row\">{shown}</th>"))).unwrap();
+        assert!(line.contains(&format!(">{cost}<")) && line.contains(recipe["flags"].as_str().unwrap()), "{line}");
+        // A point on the wide picture and one on the narrow one lead to it.
+        assert!(
+            html.matches(&format!("data-row=\"{row}\" tabindex=\"0\" role=\"img\" aria-label=\"{shown}, ")).count()
+                >= 2
+        );
+        assert!(svg.contains(name.trim_end_matches("'s choice")), "{name}");
+        assert!(csv.contains(&format!("roof.obj,recipes,{name},")), "{csv}");
+    }
+    assert_eq!(model["arithmetic"]["rows"].as_array().unwrap().len(), 12);
+    assert!(html.contains("watertight f32, plain boxes") && csv.contains(",arithmetic,"));
+    assert!(
+        !html.contains("http://") && !html.contains("https://") && !html.contains("src="),
+        "the page asks a network"
+    );
+    assert!(html.contains("prefers-color-scheme: dark") && html.contains("@media print"));
+    assert!(html.contains("bvhc chart roof.obj -o chart.html --recipe &#39;moved=--method sweep --reinsert 2&#39;"));
+    assert!(svg.starts_with("<!-- bvhc -->\n<svg"));
+}
+
+#[test]
+fn ray_cost_is_what_stats_says_of_the_file() {
+    let place = Place::new();
+    std::fs::copy(repository().join("samples/helicopter/heli.0001.obj"), place.path("heli.obj")).unwrap();
+    let json = place.ok("chart heli.obj --rays 256 --accuracy-rays 0 --rounds 1 --budget 600s --json").json();
+    let recipes = json["models"][0]["recipes"].as_array().unwrap();
+    let find = |name: &str| recipes.iter().find(|row| row["name"] == name).unwrap();
+    for name in ["agglomerative", "balanced", "auto"] {
+        let row = find(name);
+        place.ok(&format!("build heli.obj -o heli.bvhc -q {}", row["flags"].as_str().unwrap()));
+        let file = place.ok("stats heli.bvhc --rays 256 --epo off --json").json()["files"][0].clone();
+        assert_eq!(row["rays"], file["rays"], "{name}");
+        for field in ["nodes", "sah"] {
+            assert_eq!(row[field], file["blas"][field], "{name}: {field}");
+        }
+    }
+    // What the search chose is a point of its own, with the same figures and flags that build it.
+    let (auto, choice) =
+        (find("auto"), recipes.iter().find(|row| !row["chosen_by"].as_array().unwrap().is_empty()).unwrap());
+    assert_eq!((&auto["rays"], &auto["nodes"]), (&choice["rays"], &choice["nodes"]));
+    place.ok(&format!("build heli.obj -o choice.bvhc -q {}", choice["flags"].as_str().unwrap()));
+    place.ok("build heli.obj -o heli.bvhc -q");
+    let id = |name: &str| place.ok(&format!("info {name} --field content_id")).out;
+    assert_eq!(id("choice.bvhc"), id("heli.bvhc"));
+}
+
+/// The document without what a clock says, and how many threads there were.
+fn without_times(mut value: Value) -> Value {
+    fn strip(value: &mut Value) {
+        match value {
+            Value::Object(fields) => {
+                let timed = |name: &str| name.ends_with("seconds") || name.ends_with("per_second");
+                fields.retain(|name, _| !timed(name) && !["threads", "front", "indistinct"].contains(&name.as_str()));
+                fields.values_mut().for_each(strip);
+            }
+            Value::Array(values) => values.iter_mut().for_each(strip),
+            _ => {}
+        }
+    }
+    strip(&mut value);
+    value
+}
+
+#[test]
+fn all_but_times_is_the_same_for_any_number_of_threads() {
+    let place = roof();
+    let of = |jobs: &str| {
+        let args = "chart roof.obj --rays 64 --accuracy-rays 300 --rounds 1 --budget 600s --json";
+        without_times(place.ok(&format!("{args} --jobs {jobs}")).json())
+    };
+    assert_eq!(of("1"), of("3"));
+}
+
+#[test]
+fn without_a_budget_the_quickest_recipe_is_there_and_the_others_are_told() {
+    let place = roof();
+    let said = place.ok("chart roof.obj --budget 0s -o page.html");
+    assert!(said.err.contains("the budget left no time for") && said.err.contains("best"), "{}", said.err);
+    assert!(text(&place, "page.html").contains("the budget left no time for"));
+    let model = place.ok("chart roof.obj --budget 0s --json").json()["models"][0].clone();
+    assert_eq!(model["recipes"].as_array().unwrap().len(), 1);
+    assert!(model["left_out"].as_array().unwrap().iter().all(|left| left["reason"] == "budget"));
+    assert_eq!((&model["arithmetic"], &model["arithmetic_left_out"]), (&Value::Null, &Value::from("budget")));
+}
+
+#[test]
+fn a_recipe_that_does_not_exist_is_refused_before_anything_is_read() {
+    let place = Place::new();
+    for recipe in [
+        "--method swep",
+        "--preset fast",
+        "--method sweep --reinsert",
+        "x=",
+        "draft=--method sweep",
+        "--method sweep --bins 4",
+    ] {
+        let mut command = place.command();
+        let said = crate::said(
+            command.args(["chart", "missing.obj", "-o", "page.html", "--recipe", recipe]).output().unwrap(),
+        );
+        assert_eq!(said.code, 2, "{recipe}: {}", said.err);
+        assert!(!said.err.contains("missing.obj"), "{recipe}: {}", said.err);
+    }
+    assert_eq!(place.run("chart missing.obj -o page.html").code, 3);
+    assert_eq!(place.names(), [""; 0]);
+}
+
+#[test]
+fn only_its_own_outputs_are_written_over() {
+    let place = roof();
+    let foreign = "<!doctype html>\n<p>somebody's only copy</p>\n";
+    for flag in ["-o", "--svg", "--csv"] {
+        place.write("page", foreign);
+        let said = place.run(&format!("chart roof.obj {QUICK} --rounds 1 {flag} page"));
+        assert!(said.code == 2 && said.err.contains("bvhc did not make it"), "{flag}: {}", said.err);
+        assert_eq!(text(&place, "page"), foreign);
+        let own =
+            format!("chart roof.obj {QUICK} --budget 0s --rounds 1 {flag} own{flag}").replace(" --budget 600s", "");
+        place.ok(&own);
+        place.ok(&own);
+    }
+    for args in ["-o page --svg page", "-o nowhere/page.html", "-o roof.obj"] {
+        let said = place.run(&format!("chart roof.obj {QUICK} {args}"));
+        assert!(said.code == 2 || said.code == 3, "{args}: {}", said.err);
+    }
+    assert_eq!(text(&place, "roof.obj"), strip(40));
+}
+
+#[test]
+fn models_and_sequences_stand_on_one_page_and_what_fails_is_told() {
+    let place = heli();
+    place.write("roof.obj", strip(40));
+    place.ok("build in/heli.%04d.obj --missing skip -o heli.bvhc --preset draft -q");
+    let said =
+        place.run(&format!("chart roof.obj missing.obj heli.bvhc {QUICK} --rounds 1 -o page.html --csv page.csv"));
+    assert!(said.code == 10 && said.err.contains("missing.obj"), "{} {}", said.code, said.err);
+    let html = text(&place, "page.html");
+    assert!(html.contains("Not measured: missing.obj.") && html.contains("Frames: heli.bvhc"), "{html}");
+    assert_eq!(html.matches("<section id=").count(), 2);
+    assert!(text(&place, "page.csv").contains("heli.bvhc,frames,1,,"));
+
+    // A still file is no model, and it is said what to do with it.
+    place.ok("build roof.obj -o roof.bvhc -q");
+    let said = place.run("chart roof.bvhc");
+    assert!(said.code == 2 && said.err.contains("bvhc stats roof.bvhc --rays"), "{}", said.err);
+}
+
+#[test]
+fn figures_are_printed_as_text_and_as_markdown() {
+    let place = roof();
+    let said = place.ok(&format!("chart roof.obj {QUICK} --rounds 1"));
+    assert!(said.out.starts_with("Build time against ray cost: roof.obj, 80 triangles\n"), "{}", said.out);
+    let said = place.ok(&format!("chart *.obj {QUICK} --rounds 1 --markdown"));
+    let row = said.out.lines().find(|line| line.starts_with("| sweep |")).unwrap();
+    assert!(row.ends_with("| `--method sweep` |"), "{row}");
+    assert!(said.out.contains("```sh\nbvhc chart roof.obj -o chart.html"), "{}", said.out);
+    assert_eq!(place.names(), ["roof.obj"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interruption_writes_what_is_measured() {
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+    let place = Place::new();
+    place.write("big.obj", strip(60_000));
+    let mut run = place.command();
+    run.args([
+        "chart",
+        "big.obj",
+        "-o",
+        "page.html",
+        "--rounds",
+        "1000",
+        "--budget",
+        "1000s",
+        "--rays",
+        "64",
+        "--json",
+    ]);
+    let child = run.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // Some recipes are built by then, and not all rounds.
+    std::thread::sleep(Duration::from_secs(4));
+    let sent = Instant::now();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let said = crate::said(child.wait_with_output().unwrap());
+    assert_eq!(said.code, 130);
+    // A guard against measuring that does not listen, not a speed.
+    assert!(sent.elapsed() < Duration::from_secs(60), "{:?}", sent.elapsed());
+    // Nothing, where the machine was so slow that not one recipe was built.
+    if place.path("page.html").exists() {
+        let html = text(&place, "page.html");
+        assert!(html.contains("The run was interrupted") && html.ends_with("</html>\n"), "{html}");
+        assert_eq!((said.json()["interrupted"].as_bool(), said.json()["exit_code"].as_u64()), (Some(true), Some(130)));
+    }
+}
