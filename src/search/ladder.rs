@@ -190,26 +190,33 @@ impl<'a> Contest<'a> {
     }
 
     /// The same for what adaptation makes of a tree that the recipe otherwise ends with, if there is hope for it.
-    fn adapt(&mut self, start: Start, lost: Option<Tree>) -> Result<Option<Tree>, BuildError> {
-        if let (Some(_), Some(leader), Some(last)) = (&lost, &self.leader, self.trials.last())
-            && last.cost > HOPELESS * self.trials[leader.trial].cost
-        {
-            return Ok(lost);
+    fn adapt(&mut self, start: Start, lost: Option<Tree>) -> Result<(), BuildError> {
+        let Some(leader) = &self.leader else { return Ok(()) };
+        let (tree, before) = match &lost {
+            Some(tree) => (tree, self.trials.len() - 1),
+            None => (&leader.tree, leader.trial),
+        };
+        if self.trials[before].cost > HOPELESS * self.trials[leader.trial].cost {
+            return Ok(());
         }
         let options = BuildOptions { reinsert: 0, ..self.recipe(start.adapted()) };
-        let before = if lost.is_some() { self.trials.len() - 1 } else { self.leader.as_ref().map_or(0, |l| l.trial) };
-        let Some(tree) = lost.as_ref().or(self.leader.as_ref().map(|l| &l.tree)) else { return Ok(lost) };
         let guide = guide_for(self.mesh, tree, &mut self.forming, &options, self.exec, self.progress);
         let silent = Silent(self.progress);
-        let Some(adapted) = passes::improved(tree, Some(&guide), &options, self.exec, &silent)? else {
-            return Ok(lost);
+        // What lost is given away, so that it need not be held beside what is made of it.
+        let adapted = match lost {
+            Some(lost) => match passes::run(lost, Some(guide), &options, self.exec, &silent)? {
+                Outcome::Same(_) => None,
+                Outcome::Better(tree) => Some(tree),
+            },
+            None => passes::improved(&leader.tree, Some(guide), &options, self.exec, &silent)?,
         };
+        let Some(adapted) = adapted else { return Ok(()) };
         let measure = self.gauge.measure(&adapted);
-        if let Some(why) = harm(&self.measures[before], &measure) {
-            self.refused.push(Refusal { rung: start.plain(), why });
-            return Ok(lost);
+        match harm(&self.measures[before], &measure) {
+            Some(why) => self.refused.push(Refusal { rung: start.plain(), why }),
+            None => drop(self.enter(start.adapted(), measure, adapted)),
         }
-        Ok(self.enter(start.adapted(), measure, adapted))
+        Ok(())
     }
 
     /// Adapt the leader, unless that was tried or it is adapted.
@@ -220,7 +227,7 @@ impl<'a> Contest<'a> {
         if adapted || is_refused || self.trials.iter().any(|trial| trial.rung == start.adapted()) {
             return Ok(());
         }
-        self.adapt(start, None).map(drop)
+        self.adapt(start, None)
     }
 
     /// Hands back what was judged last, unless it leads.
@@ -244,10 +251,12 @@ impl<'a> Contest<'a> {
         let all = self.regrets();
         let taken = preferred(&all, self.indifferent);
         let recipe = self.trials.get(taken).map(|trial| self.recipe(trial.rung));
-        let tree = match (self.leader, &recipe) {
-            (Some(leader), _) if leader.trial == taken => leader.tree,
-            (_, Some(recipe)) => recipe_tree(self.mesh, recipe, self.exec, &Silent(self.progress))?,
-            (_, None) => Tree::default(),
+        drop(self.forming);
+        let leader = self.leader.filter(|leader| leader.trial == taken);
+        let tree = match (leader, &recipe) {
+            (Some(leader), _) => leader.tree,
+            (None, Some(recipe)) => recipe_tree(self.mesh, recipe, self.exec, &Silent(self.progress))?,
+            (None, None) => Tree::default(),
         };
         let others = all.iter().enumerate().filter(|(i, _)| *i != taken);
         let next = others.min_by(|a, b| a.1.worst.total_cmp(&b.1.worst).then(a.0.cmp(&b.0))).map(|(i, _)| i);

@@ -30,7 +30,7 @@ pub fn recipe_tree(
     let mut forming = None;
     let guide = guide_for(mesh, &tree, &mut forming, options, exec, progress);
     let alone = BuildOptions { reinsert: 0, ..moved };
-    if let Some(adapted) = passes::improved(&tree, Some(&guide), &alone, exec, progress)? {
+    if let Some(adapted) = passes::improved(&tree, Some(guide), &alone, exec, progress)? {
         progress.phase("adapt: judge");
         let mut gauge = Gauge::new(mesh, rays_for(mesh, exec), exec).serving(options.purpose);
         if harm(&gauge.measure(&tree), &gauge.measure(&adapted)).is_none() {
