@@ -10,7 +10,7 @@ use bvhc::compile::{compile, decide_tree, lay_out};
 use bvhc::geom::Affine;
 use bvhc::scene::{Mesh, ReadOptions, read};
 use bvhc::search::Choice;
-use bvhc::trace::probe::{Family, FamilyRays};
+use bvhc::trace::probe::{Family, FamilyCost, FamilyRays};
 use bvhc::tree::quality::sah;
 use bvhc::tree::{MAX_DEPTH, Tree};
 use common::meshes::{place, scene_of, sphere};
@@ -143,9 +143,12 @@ fn rivals() -> Vec<BuildOptions> {
     ]
 }
 
-/// What a ray of each family pays in the tree, by rays that neither judged nor formed any.
-fn paid(mesh: &Mesh, tree: &Tree, rays: &FamilyRays, exec: &Executor) -> Vec<f64> {
-    let cost = rays.cost(&Image::of_tree(mesh, tree, exec).unwrap().view(), exec);
+/// What the rays pay in the tree: they neither judged nor formed any.
+fn paid(mesh: &Mesh, tree: &Tree, rays: &FamilyRays, exec: &Executor) -> FamilyCost {
+    rays.cost(&Image::of_tree(mesh, tree, exec).unwrap().view(), exec)
+}
+
+fn means(cost: &FamilyCost) -> Vec<f64> {
     Family::ALL.into_iter().filter_map(|family| cost.mean(family)).collect()
 }
 
@@ -161,7 +164,7 @@ fn behind(mesh: &Mesh, rays: usize) -> Vec<(Choice, f64)> {
     let mut trees: Vec<(Option<Choice>, Vec<f64>)> = Vec::new();
     for options in rivals().into_iter().chain(SEARCHES.map(BuildOptions::preset)) {
         let (tree, choice) = decide_tree(mesh, &options, &exec, &NoProgress).unwrap();
-        trees.push((choice, paid(mesh, &tree, &rays, &exec)));
+        trees.push((choice, means(&paid(mesh, &tree, &rays, &exec))));
     }
     let best = |family: usize| trees.iter().map(|(_, paid)| paid[family]).fold(f64::INFINITY, f64::min);
     let worst = |paid: &[f64]| {
@@ -199,7 +202,7 @@ fn model(file: &str) -> Option<Mesh> {
     lay_out(scene, &options, &Executor::sequential()).unwrap().meshes.into_iter().next()
 }
 
-/// No family pays for adaptation, by rays that neither formed nor judged it; the ratio of the mean costs.
+/// No family pays for adaptation, by rays that neither formed nor judged it, unless chance may have it so; the ratio of the mean costs.
 fn adaptation_harms_nobody(name: &str, mesh: &Mesh, rays: usize) -> f64 {
     let exec = Executor::new(0).unwrap();
     let base = BuildOptions { method: Method::Sbvh, reinsert: 8, ..BuildOptions::default() };
@@ -209,13 +212,13 @@ fn adaptation_harms_nobody(name: &str, mesh: &Mesh, rays: usize) -> f64 {
     });
     let rays = other_rays(mesh, rays, &exec);
     let [before, after] = trees.each_ref().map(|tree| paid(mesh, tree, &rays, &exec));
-    let ratios: Vec<f64> = before.iter().zip(&after).map(|(before, after)| after / before).collect();
-    let rise = sah(&trees[1].nodes) / sah(&trees[0].nodes);
-    println!("{name}: {ratios:.3?}, SAH {rise:.3}");
-    assert!(ratios.iter().all(|ratio| *ratio <= 1.01), "{name}: {ratios:?}");
-    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
-    assert!(f64::from(rise) <= 1.04f64.max(2.0 - mean), "{name}: SAH {rise} for {mean}");
-    mean
+    let beyond: Vec<(f64, f64)> = Family::ALL.into_iter().filter_map(|family| after.beyond(&before, family)).collect();
+    let rise = f64::from(sah(&trees[1].nodes) / sah(&trees[0].nodes)) - 1.0;
+    println!("{name}: {beyond:.4?}, SAH {rise:+.3}");
+    assert!(beyond.iter().all(|(over, error)| over - 2.0 * error <= 0.01), "{name}: {beyond:?}");
+    let over = beyond.iter().map(|(over, _)| over).sum::<f64>() / beyond.len() as f64;
+    assert!(rise <= 0.04f64.max(-over), "{name}: SAH {rise} for {over}");
+    1.0 + over
 }
 
 #[test]
@@ -241,7 +244,7 @@ fn long_adaptation_harms_no_family_of_real_scenes() {
         let Some(mesh) = model(file) else { continue };
         means.push(adaptation_harms_nobody(file, &mesh, 1 << 14));
     }
-    let gained = means.iter().filter(|mean| **mean < 0.99).count();
+    let gained = means.iter().filter(|mean| **mean < 0.995).count();
     assert!(2 * gained >= means.len(), "adaptation is of use nowhere: {means:?}");
 }
 
