@@ -180,7 +180,7 @@ fn behind(mesh: &Mesh, rays: usize) -> Vec<(Choice, f64)> {
 fn within_the_margin(name: &str, mesh: &Mesh, rays: usize) {
     for (choice, behind) in behind(mesh, rays) {
         println!("{name}: {} took {}, {:+.1} %", choice.method, choice.recipe(), behind * 100.0);
-        assert!(behind <= 0.05, "{name}: {behind} {choice:?}");
+        assert!(behind <= 0.02, "{name}: {behind} {choice:?}");
     }
 }
 

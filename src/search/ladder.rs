@@ -5,7 +5,7 @@ use super::gauge::{Gauge, Measure, rays_for};
 use super::progress::Silent;
 use super::recipes::{Rung, Start, Start as S};
 use super::tree::{guide_for, recipe_tree};
-use super::verdict::{Costs, Regret, difference, harm, preferred, regrets};
+use super::verdict::{Alike, Costs, Regret, difference, harm, preferred, regrets};
 use crate::build::passes::{self, Outcome};
 use crate::build::{BuildError, BuildOptions, Progress};
 use crate::exec::Executor;
@@ -20,16 +20,20 @@ const LITTLE_OVERLAP: f64 = 0.09;
 const MUCH_OVERLAP: f64 = 0.35;
 /// With fewer duplicates than this share of the triangles, cutting found next to nothing to do.
 const FEW_DUPLICATES: f64 = 0.03;
-/// `auto` takes the plainer of two trees whose regrets differ by no more than this …
-const INDIFFERENT: f64 = 0.01;
+/// `auto` takes the plainer of two trees whose regrets differ by no more than this. Where no tree suits everybody, the mean says more than who
+/// has the worst …
+const INDIFFERENT: Alike = Alike { worst: 0.02, mean: 0.01 };
 /// … and `best` the one that its list names first, by less: that much is the luck of where rays start.
-const ALIKE: f64 = 0.005;
+const ALIKE: Alike = Alike { worst: 0.01, mean: 0.005 };
+
+/// Where the leader has no more regret than this, it is the best tree so far for everybody, and `auto` looks no further.
+const NO_REGRET: f64 = 0.02;
 
 /// A tree that costs so many times as much as the leader is not adapted: that gains a seventh where it gains much.
 const HOPELESS: f64 = 1.15;
 
 /// In small meshes a few large nodes decide what rays cost, and each recipe has its own luck with them: under this number of triangles
-/// searches draw once more …
+/// searches draw once more, `auto` only where some family would rather have another tree …
 const SMALL: usize = 100_000;
 /// … and under this `auto` tries everything, which takes a few milliseconds.
 const TINY: usize = 1 << 13;
@@ -54,20 +58,24 @@ pub fn climb(contest: &mut Contest<'_>) -> Result<String, BuildError> {
     let sbvh = contest.build(S::Sbvh)?;
     let duplicates = sbvh.refs.len() as f64 / count as f64 - 1.0;
     let lost = contest.judge(S::Sbvh.plain(), sbvh);
-    let reason = if overlap < LITTLE_OVERLAP {
-        drop(lost);
-        format!("overlap under {} % leaves nothing to move", percent(LITTLE_OVERLAP))
-    } else if overlap < MUCH_OVERLAP && duplicates < FEW_DUPLICATES {
+    if overlap < LITTLE_OVERLAP {
+        return Ok(format!("overlap under {} % leaves nothing to move or to adapt", percent(LITTLE_OVERLAP)));
+    }
+    let reason = if overlap < MUCH_OVERLAP && duplicates < FEW_DUPLICATES {
         drop(lost);
         contest.try_one(S::SweepMoved)?;
         format!("cutting found under {} % of the triangles worth it", percent(FEW_DUPLICATES))
     } else {
         let lost = contest.move_subtrees(S::SbvhMoved, lost)?;
         contest.adapt(S::SbvhMoved, lost)?;
-        if count < SMALL {
+        if count >= SMALL {
+            "that was the last rung".to_string()
+        } else if contest.regret() > NO_REGRET {
             contest.try_one(S::CoarseMoved)?;
+            "that was the last rung".to_string()
+        } else {
+            format!("no family of rays is more than {} % better off in another tree", percent(NO_REGRET))
         }
-        "that was the last rung".to_string()
     };
     contest.adapt_leader()?;
     Ok(reason)
@@ -75,7 +83,6 @@ pub fn climb(contest: &mut Contest<'_>) -> Result<String, BuildError> {
 
 /// `best`: every recipe of the list, the coarse one in small meshes alone.
 pub fn try_all(contest: &mut Contest<'_>) -> Result<String, BuildError> {
-    contest.indifferent = ALIKE;
     for [plain, moved] in [[S::Sbvh, S::SbvhMoved], [S::Sweep, S::SweepMoved]] {
         let tree = contest.build(plain)?;
         let lost = contest.judge(plain.plain(), tree);
@@ -108,8 +115,7 @@ pub struct Contest<'a> {
     options: &'a BuildOptions,
     exec: &'a Executor,
     progress: &'a dyn Progress,
-    /// Regrets that differ by no more are alike.
-    indifferent: f64,
+    indifferent: Alike,
     leader: Option<Leader>,
     overlap: Option<f64>,
     trials: Vec<Trial>,
@@ -139,7 +145,7 @@ impl<'a> Contest<'a> {
             options,
             exec,
             progress,
-            indifferent: 0.0,
+            indifferent: ALIKE,
             leader: None,
             overlap: None,
             trials: Vec::new(),
@@ -178,6 +184,11 @@ impl<'a> Contest<'a> {
         None
     }
 
+    /// The worst regret of the leader.
+    fn regret(&self) -> f64 {
+        self.leader.as_ref().map_or(0.0, |leader| self.regrets()[leader.trial].worst)
+    }
+
     fn regrets(&self) -> Vec<Regret> {
         let costs: Vec<Costs> = self.trials.iter().map(|trial| (trial.families, trial.cost)).collect();
         regrets(&costs)
@@ -200,15 +211,16 @@ impl<'a> Contest<'a> {
             return Ok(());
         }
         let options = BuildOptions { reinsert: 0, ..self.recipe(start.adapted()) };
-        let guide = guide_for(self.mesh, tree, &mut self.forming, &options, self.exec, self.progress);
+        let paid = &self.measures[before];
+        let guide = guide_for(self.mesh, tree, paid, &mut self.forming, &options, self.exec, self.progress);
         let silent = Silent(self.progress);
         // What lost is given away, so that it need not be held beside what is made of it.
         let adapted = match lost {
-            Some(lost) => match passes::run(lost, Some(guide), &options, self.exec, &silent)? {
+            Some(lost) => match passes::run(lost, guide, &options, self.exec, &silent)? {
                 Outcome::Same(_) => None,
                 Outcome::Better(tree) => Some(tree),
             },
-            None => passes::improved(&leader.tree, Some(guide), &options, self.exec, &silent)?,
+            None => passes::improved(&leader.tree, guide, &options, self.exec, &silent)?,
         };
         let Some(adapted) = adapted else { return Ok(()) };
         let measure = self.gauge.measure(&adapted);

@@ -1,6 +1,6 @@
 //! A mesh's tree by one recipe, and the rays that it is adapted to.
 
-use super::gauge::{FORMING, Gauge, rays_for, serves};
+use super::gauge::{FORMING, Gauge, Measure, rays_for, serves};
 use super::verdict::harm;
 use crate::build::passes::{self, Guide, Outcome};
 use crate::build::{BuildError, BuildOptions, Progress, initial_tree};
@@ -27,13 +27,14 @@ pub fn recipe_tree(
     }
     let moved = BuildOptions { collapse: false, ..options.clone() };
     let mut tree = passes::run(tree, None, &moved, exec, progress)?.into_tree();
-    let mut forming = None;
-    let guide = guide_for(mesh, &tree, &mut forming, options, exec, progress);
+    progress.phase("adapt: judge");
+    let mut gauge = Gauge::new(mesh, rays_for(mesh, exec), exec).serving(options.purpose);
+    let before = gauge.measure(&tree);
+    let guide = guide_for(mesh, &tree, &before, &mut None, options, exec, progress);
     let alone = BuildOptions { reinsert: 0, ..moved };
-    if let Some(adapted) = passes::improved(&tree, Some(guide), &alone, exec, progress)? {
+    if let Some(adapted) = passes::improved(&tree, guide, &alone, exec, progress)? {
         progress.phase("adapt: judge");
-        let mut gauge = Gauge::new(mesh, rays_for(mesh, exec), exec).serving(options.purpose);
-        if harm(&gauge.measure(&tree), &gauge.measure(&adapted)).is_none() {
+        if harm(&before, &gauge.measure(&adapted)).is_none() {
             tree = adapted;
         }
     }
@@ -41,19 +42,19 @@ pub fn recipe_tree(
     passes::run(tree, None, &rest, exec, progress).map(Outcome::into_tree)
 }
 
-/// One in so many of the rays that form says what its family pays.
-const ASKED: usize = 4;
-
 /// The rays that the options want this tree adapted to: up to `adapt` of each family that serves the purpose, of each as many as weigh the same
-/// in it. Whatever the tree, they are taken from the same ones, which `forming` keeps.
+/// by what others of it pay in the tree. Whatever the tree, they are taken from the same ones, which `forming` keeps. `None` where no rays
+/// were asked what they pay.
 pub fn guide_for(
     mesh: &Mesh,
     tree: &Tree,
+    paid: &Measure,
     forming: &mut Option<FamilyRays>,
     options: &BuildOptions,
     exec: &Executor,
     progress: &dyn Progress,
-) -> Guide {
+) -> Option<Guide> {
+    let cost = paid.cost.as_ref()?;
     progress.phase("adapt: rays");
     let lent = Lent::new(mesh, tree, exec);
     let view = lent.view();
@@ -62,6 +63,5 @@ pub fn guide_for(
         rays.retain(|family| serves(family, options.purpose));
         rays
     });
-    let cost = rays.every(ASKED).cost(&view, exec);
-    Guide::new(&rays.balanced(&cost).cut_off(&view, exec))
+    Some(Guide::new(&rays.balanced(cost).cut_off(&view, exec)))
 }

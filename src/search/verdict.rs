@@ -45,12 +45,18 @@ pub fn regrets(trees: &[Costs]) -> Vec<Regret> {
     trees.iter().map(of).collect()
 }
 
-/// The tree to take: of those whose worst regret is the least or no more than `alike` above it, the first whose mean is the least of theirs
-/// or no more than that above it.
-pub fn preferred(regrets: &[Regret], alike: f64) -> usize {
+/// Regrets that differ by no more are alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alike {
+    pub worst: f64,
+    pub mean: f64,
+}
+
+/// The tree to take: of those whose worst regret is the least or like it, the first whose mean is the least of theirs or like that.
+pub fn preferred(regrets: &[Regret], alike: Alike) -> usize {
     let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
-    let worst = least(&mut regrets.iter().map(|r| r.worst)) + alike;
-    let mean = least(&mut regrets.iter().filter(|r| r.worst <= worst).map(|r| r.mean)) + alike;
+    let worst = least(&mut regrets.iter().map(|r| r.worst)) + alike.worst;
+    let mean = least(&mut regrets.iter().filter(|r| r.worst <= worst).map(|r| r.mean)) + alike.mean;
     regrets.iter().position(|r| r.worst <= worst && r.mean <= mean).unwrap_or(0)
 }
 
@@ -94,12 +100,16 @@ mod tests {
         (families, costs.iter().sum::<f64>() / costs.len() as f64)
     }
 
+    fn alike(by: f64) -> Alike {
+        Alike { worst: by, mean: by }
+    }
+
     #[test]
     fn no_family_pays_for_what_others_gain() {
         // The second is cheapest on average, and the first costs nobody much.
         let trees = [of(&[10.0, 10.0, 10.0]), of(&[8.9, 8.9, 11.6]), of(&[20.0, 20.0, 9.9])];
         let all = regrets(&trees);
-        assert_eq!(preferred(&all, 0.01), 0, "{all:?}");
+        assert_eq!(preferred(&all, alike(0.01)), 0, "{all:?}");
         assert_eq!(all[1].family, Some(Family::ALL[2]));
         assert!((all[0].worst - (10.0 / 8.9 - 1.0)).abs() < 1e-12 && all[0].mean < all[0].worst);
     }
@@ -107,17 +117,25 @@ mod tests {
     #[test]
     fn trees_that_are_alike_in_the_worst_are_told_apart_by_the_mean_and_the_first_of_equals_is_taken() {
         let trees = [of(&[10.2, 10.5]), of(&[10.2, 10.0]), of(&[10.0, 10.2]), of(&[10.0, 10.21])];
-        assert_eq!(preferred(&regrets(&trees), 0.0), 1);
-        assert_eq!(preferred(&regrets(&trees), 0.01), 1);
-        assert_eq!(preferred(&regrets(&trees), 0.05), 0);
+        assert_eq!(preferred(&regrets(&trees), alike(0.0)), 1);
+        assert_eq!(preferred(&regrets(&trees), alike(0.01)), 1);
+        assert_eq!(preferred(&regrets(&trees), alike(0.05)), 0);
+    }
+
+    #[test]
+    fn where_every_tree_has_some_regret_the_mean_decides_between_those_that_are_nearly_alike() {
+        // The third is best for one family, and dear for the others.
+        let trees = [of(&[10.0, 10.4, 10.9]), of(&[10.5, 10.5, 10.8]), of(&[12.0, 12.0, 10.0])];
+        let all = regrets(&trees);
+        assert_eq!((preferred(&all, alike(0.0)), preferred(&all, Alike { worst: 0.02, mean: 0.0 })), (1, 0), "{all:?}");
     }
 
     #[test]
     fn without_rays_the_sah_decides() {
         let trees = [([f64::NAN; FAMILIES], 4.0), ([f64::NAN; FAMILIES], 3.0)];
         let all = regrets(&trees);
-        assert_eq!((preferred(&all, 0.01), all[1].family), (1, None));
+        assert_eq!((preferred(&all, alike(0.01)), all[1].family), (1, None));
         let nothing = regrets(&[([f64::NAN; FAMILIES], 0.0)]);
-        assert_eq!((preferred(&nothing, 0.0), nothing[0].worst), (0, 0.0));
+        assert_eq!((preferred(&nothing, alike(0.0)), nothing[0].worst), (0, 0.0));
     }
 }

@@ -19,6 +19,8 @@ pub(super) struct Struck {
     point: [f64; 3],
     /// Of length 1, on the ray's side.
     pub normal: [f64; 3],
+    /// Instance, geometry and primitive of what the ray hit; none of a point that was chosen.
+    pub hit: Option<(Option<u32>, u32, u32)>,
 }
 
 impl Struck {
@@ -38,7 +40,7 @@ pub(super) fn surface(corners: &[[f32; 3]; 3], random: &mut Random) -> Option<St
     let n = cross(ab, ac);
     let length = dot(n, n).sqrt();
     let point = [0, 1, 2].map(|k| a[k] + u * ab[k] + v * ac[k]);
-    (length > 0.0).then(|| Struck { t: 0.0, point, normal: n.map(|v| side * v / length) })
+    (length > 0.0).then(|| Struck { t: 0.0, point, normal: n.map(|v| side * v / length), hit: None })
 }
 
 /// What the ray hits first, if that has a normal. Rays are made for trees that were built or checked: in any other, what is malformed is
@@ -51,7 +53,8 @@ pub(super) fn strike(world: &World<'_>, ray: &Ray) -> Option<Struck> {
     let length = dot(n, n).sqrt();
     let facing = if dot(n, d) > 0.0 { -length } else { length };
     let point = [0, 1, 2].map(|k| f64::from(ray.origin[k]) + f64::from(hit.t) * d[k]);
-    (length > 0.0).then(|| Struck { t: hit.t, point, normal: n.map(|v| v / facing) })
+    let id = (hit.instance, hit.geom, hit.prim);
+    (length > 0.0).then(|| Struck { t: hit.t, point, normal: n.map(|v| v / facing), hit: Some(id) })
 }
 
 /// About `count` rays (the next lower square from each camera).

@@ -109,11 +109,6 @@ impl FamilyRays {
         }
     }
 
-    /// Every so-manieth ray of each family alone.
-    pub fn every(&self, step: usize) -> FamilyRays {
-        FamilyRays { sets: self.sets.each_ref().map(|rays| rays.iter().step_by(step.max(1)).copied().collect()) }
-    }
-
     /// As many rays of each family as make what all of them together pay, in a tree of this cost, the same for each: then a tenth of what one
     /// pays weighs as much as a tenth of what another does.
     pub fn balanced(&self, cost: &FamilyCost) -> FamilyRays {

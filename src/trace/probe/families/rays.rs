@@ -6,7 +6,6 @@ use crate::exec::Executor;
 use crate::geom::vector::{cross, dot, sub};
 use crate::geom::{Aabb, Ray};
 use crate::random::Random;
-use crate::trace::closest_hit;
 use crate::trace::probe::bounce::{Struck, bounces, camera_rays, strike, surface, toward_occluders};
 use crate::trace::probe::camera::subject;
 use crate::trace::probe::world::World;
@@ -48,7 +47,7 @@ impl<'v> Maker<'v> {
         let inside = self.inside(&from_outside);
         let from_inside = self.struck(&inside);
 
-        let is_closed = CLOSED * self.variety(&outside) < self.variety(&inside);
+        let is_closed = CLOSED * variety(&from_outside) < variety(&from_inside);
         let seen: Vec<Struck> = match is_closed {
             true => from_inside,
             false => some(&from_outside, self.count / 2).chain(some(&from_inside, self.count / 2)).collect(),
@@ -203,19 +202,14 @@ impl<'v> Maker<'v> {
         });
         rays
     }
+}
 
-    /// How many different triangles rays hit.
-    fn variety(&self, rays: &[Ray]) -> usize {
-        let view = self.world.view;
-        let hits = self.exec.map_chunks(rays, CHUNK, |_, chunk| {
-            let hit = |ray: &Ray| closest_hit(view, ray).ok().flatten();
-            chunk.iter().filter_map(hit).map(|hit| (hit.instance, hit.geom, hit.prim)).collect::<Vec<_>>()
-        });
-        let mut hits = hits.concat();
-        hits.sort_unstable();
-        hits.dedup();
-        hits.len()
-    }
+/// How many different triangles rays hit.
+fn variety(struck: &[Struck]) -> usize {
+    let mut hits: Vec<_> = struck.iter().map(|struck| struck.hit).collect();
+    hits.sort_unstable();
+    hits.dedup();
+    hits.len()
 }
 
 /// About so many of the surfaces, from all over.
