@@ -207,7 +207,7 @@ impl Build {
         number_vertices(&mut scene, vertices)?;
         let method = options.method;
         let mut recipe =
-            Recipe { method: method.to_string(), builder_revision: method.revision(), options: options.effective() };
+            Recipe { method: method.to_string(), builder_revision: options.revision(), options: options.effective() };
         // A model's file is the same as the program's, so that `bvhc build` finds it up to date. Arrays were not read by any policy.
         match read {
             Some(read) => recipe.options.extend(ReadOptions { vertices, ..read }.effective()),

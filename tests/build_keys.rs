@@ -4,7 +4,7 @@
 //! A method's revision is left out, since that is raised on purpose. A line changes only together with a method's revision.
 //! `BVHC_UPDATE_DOCS=1 cargo test --test build_keys` adds the lines of a new method or option, and changes none.
 
-use bvhc::build::{Axes, BuildOptions, Clip, Levels, METHODS, Preset};
+use bvhc::build::{Axes, BuildOptions, Clip, Levels, METHODS, Preset, Purpose};
 use bvhc::cache::keys::Recipe;
 
 const GOLDEN: &str = include_str!("golden/build_keys.txt");
@@ -39,6 +39,7 @@ fn changes(base: &BuildOptions) -> Vec<(&'static str, BuildOptions)> {
         ("adapt", BuildOptions { adapt: 1 << 20, ..base() }),
         ("collapse", BuildOptions { collapse: true, ..base() }),
         ("levels", BuildOptions { levels: Levels::Two, ..base() }),
+        ("rays-for", BuildOptions { purpose: Purpose::Bake, ..base() }),
         (
             "all",
             BuildOptions {
@@ -60,6 +61,7 @@ fn changes(base: &BuildOptions) -> Vec<(&'static str, BuildOptions)> {
                 adapt: 1,
                 collapse: true,
                 levels: Levels::One,
+                purpose: Purpose::Physics,
             },
         ),
     ]

@@ -68,10 +68,12 @@ fn methods_read_what_the_table_says_and_nothing_else() {
         let plain = BuildOptions { method: info.method, ..BuildOptions::default() };
         // Joining leaves gains something where both hold pieces of the same triangles.
         let cut = BuildOptions { presplit: 2.0, split_alpha: 0.0, split_budget: 3.0, unsplit: false, ..plain.clone() };
-        let bases = [plain, BuildOptions { max_leaf: 30, reinsert: 8, ..cut }];
+        // What rays are for matters where they form or judge something.
+        let adapted = BuildOptions { adapt: 100, ..plain.clone() };
+        let bases = [plain, adapted, BuildOptions { max_leaf: 30, reinsert: 8, ..cut }];
         for row in OPTIONS {
             let expected = row.is_read_by(info.method);
-            let found = is_read(&small, row, &bases) || expected && is_read(&large, row, &bases[..1]);
+            let found = is_read(&small, row, &bases) || expected && is_read(&large, row, &bases[..2]);
             if found != expected {
                 wrong.push(format!("{} reads {}: {found}", info.name, row.name));
             }

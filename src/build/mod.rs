@@ -34,7 +34,7 @@ pub use progress::{NoProgress, Progress};
 pub use recipe::names::Named;
 #[cfg(feature = "cli")]
 pub(crate) use recipe::names::nearest;
-pub use recipe::options::{Axes, BuildOptions, Clip, Levels, Method, Preset};
+pub use recipe::options::{Axes, BuildOptions, Clip, Levels, Method, Preset, Purpose};
 #[cfg(feature = "cli")]
 pub(crate) use recipe::registry::PRESETS;
 pub use recipe::registry::{METHODS, MethodInfo};

@@ -1,12 +1,12 @@
 //! Searches: the methods that try several recipes on a mesh and keep the tree that measured rays like best.
 //!
-//! What a tree is worth is what [probe rays](crate::trace::probe) cost in it, a count without the noise of any clock: the same
-//! mesh and options give the same tree on every machine with any number of threads. `best` tries a fixed list. `auto`
+//! What a tree is worth is what [families of rays](crate::trace::probe::Family) cost in it, a count without the noise of any clock: the
+//! same mesh and options give the same tree on every machine with any number of threads. `best` tries a fixed list. `auto`
 //! climbs from the cheapest recipe and stops where what it measured says that the rest cannot pay. Both write down what they
 //! tried, what they saw and why they stopped.
 //!
-//! `tree` builds by one recipe, adaptation included, `gauge` measures, `recipes` names what can be tried, `ladder` decides, `choice` is the
-//! written record.
+//! `tree` builds by one recipe, adaptation included, `gauge` measures, `verdict` says which tree is best by what was measured, `recipes` names
+//! what can be tried, `ladder` decides what is tried next, `choice` is the written record.
 
 mod choice;
 mod gauge;
@@ -14,11 +14,13 @@ mod ladder;
 mod progress;
 mod recipes;
 mod tree;
+mod verdict;
 
 #[cfg(feature = "cli")]
 pub(crate) use choice::NAMED_RECIPE;
-pub use choice::{Choice, Trial, notes};
+pub use choice::{Choice, Lead, Refusal, Trial, notes};
 pub(crate) use tree::recipe_tree;
+pub use verdict::Regret;
 
 use self::ladder::Contest;
 use self::progress::Portion;
@@ -52,8 +54,9 @@ pub(crate) fn build(
         Method::Auto => ladder::climb(&mut contest)?,
         _ => ladder::try_all(&mut contest)?,
     };
+    let found = contest.end(reason)?;
     portion.finish(count as u64);
-    Ok(contest.end(reason))
+    Ok(found)
 }
 
 /// Recipes of which a search may take any, adapted or not: what it must have memory for.

@@ -5,6 +5,9 @@ use crate::build::{BuildOptions, Method, Preset};
 /// Most rounds of reinsertion: the eighth still gains a little, later ones next to nothing.
 const ROUNDS: u32 = 8;
 
+/// Trees are adapted to so many times as many rays as judge them: of most families only a part is used, so that all weigh the same.
+const FORMING: u32 = 2;
+
 /// Where a recipe starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
@@ -52,7 +55,7 @@ impl Rung {
         }
     }
 
-    /// The recipe for a mesh that is worth so many rays a set, with what the user may set for a search: costs, leaves, the budget for duplicates, levels.
+    /// The recipe for a mesh that is worth so many rays of each family, with what the user may set for a search: costs, leaves, the budget for duplicates, levels.
     pub fn options(self, asked: &BuildOptions, rays: usize) -> BuildOptions {
         let (preset, method, reinsert) = match self.start {
             S::Sweep => (Preset::Auto, Method::Sweep, 0),
@@ -65,7 +68,7 @@ impl Rung {
         BuildOptions {
             method,
             reinsert,
-            adapt: if self.adapted { rays as u32 } else { 0 },
+            adapt: if self.adapted { FORMING * rays as u32 } else { 0 },
             max_leaf: asked.max_leaf,
             traversal_cost: asked.traversal_cost,
             intersection_cost: asked.intersection_cost,
@@ -75,6 +78,7 @@ impl Rung {
                 asked.split_budget.min(recipe.split_budget)
             },
             levels: asked.levels,
+            purpose: asked.purpose,
             ..recipe
         }
     }

@@ -33,12 +33,12 @@ use crate::tree::Tree;
 
 /// Do the passes that the options ask for.
 ///
-/// `guide` holds the rays that the tree is adapted to; without one it is not adapted, whatever the options say. The result depends on tree, guide and options alone, not on the executor. But for what
+/// `guide` holds the rays that the tree is adapted to, and is given up as soon as it is; without one it is not adapted, whatever the options say. The result depends on tree, guide and options alone, not on the executor. But for what
 /// rays decide, its SAH, with the options' costs, is not above the tree's. Its depth is within [`MAX_DEPTH`](crate::tree::MAX_DEPTH) as the tree's must be. References stay in their leaves, but for
 /// leaves that are joined, which hold each triangle once.
 pub fn run(
     tree: Tree,
-    guide: Option<&Guide>,
+    guide: Option<Guide>,
     options: &BuildOptions,
     exec: &Executor,
     progress: &dyn Progress,
@@ -67,7 +67,7 @@ impl Outcome {
 /// [`run`] beside the tree that it starts from; `None` where it would be that tree.
 pub fn improved(
     tree: &Tree,
-    guide: Option<&Guide>,
+    guide: Option<Guide>,
     options: &BuildOptions,
     exec: &Executor,
     progress: &dyn Progress,
@@ -79,7 +79,7 @@ pub fn improved(
 /// The tree with its subtrees moved; `None` where nothing is to be written anew.
 fn changed(
     tree: &Tree,
-    guide: Option<&Guide>,
+    guide: Option<Guide>,
     options: &BuildOptions,
     exec: &Executor,
     progress: &dyn Progress,
@@ -102,7 +102,7 @@ fn changed(
         };
     }
     let is_adapted = match guide {
-        Some(guide) => adapt::adapt(&mut work, guide, exec, progress)? > 0,
+        Some(guide) => adapt::adapt(&mut work, &guide, exec, progress)? > 0,
         None => false,
     };
     if !is_better && !is_adapted && !options.collapse {

@@ -1,6 +1,6 @@
 //! Names of the options' values: one table each for printing, parsing and help.
 
-use super::options::{Axes, Clip, Levels, Method, Preset};
+use super::options::{Axes, Clip, Levels, Method, Preset, Purpose};
 use super::registry::{METHODS, PRESETS};
 use crate::build::error::BuildError;
 use std::fmt;
@@ -86,6 +86,13 @@ impl Named for Levels {
     }
 }
 
+impl Named for Purpose {
+    const KIND: &'static str = "purpose of rays";
+    fn names() -> Vec<(Self, &'static str)> {
+        vec![(Purpose::All, "all"), (Purpose::Camera, "camera"), (Purpose::Bake, "bake"), (Purpose::Physics, "physics")]
+    }
+}
+
 impl Named for Preset {
     const KIND: &'static str = "preset";
     fn names() -> Vec<(Self, &'static str)> {
@@ -111,7 +118,7 @@ macro_rules! display_and_parse {
     )*};
 }
 
-display_and_parse!(Method, Axes, Clip, Levels, Preset);
+display_and_parse!(Method, Axes, Clip, Levels, Purpose, Preset);
 
 #[cfg(test)]
 mod tests {
@@ -130,6 +137,7 @@ mod tests {
         round_trip::<Axes>();
         round_trip::<Clip>();
         round_trip::<Levels>();
+        round_trip::<Purpose>();
         round_trip::<Preset>();
     }
 

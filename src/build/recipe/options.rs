@@ -63,6 +63,20 @@ pub enum Levels {
     Two,
 }
 
+/// What rays are for. Other methods than searches ask it only where a tree is adapted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Purpose {
+    /// Every family of rays alike.
+    All,
+    /// Pictures: cameras, a bounce, occlusion and light at what they see.
+    Camera,
+    /// Light that is stored at surfaces: rays that start there.
+    Bake,
+    /// Queries from anywhere: chords, lines of sight, what surrounds each triangle.
+    Physics,
+}
+
 /// A method and a value for every option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]

@@ -1,7 +1,7 @@
 //! The table of build methods and that of presets: one row each, which feeds help, META and the build key. Which options a method reads
 //! stands in the table of options.
 
-use super::options::{Method, Preset};
+use super::options::{BuildOptions, Method, Preset};
 
 /// What there is to say about a method.
 #[derive(Clone, Copy, Debug)]
@@ -53,13 +53,13 @@ pub const METHODS: &[MethodInfo] = &[
     MethodInfo {
         method: Method::Auto,
         name: "auto",
-        revision: 3,
+        revision: 4,
         summary: "a search: sweep, then spatial splits, then reinsertion and adaptation, as far as measured rays say that they pay",
     },
     MethodInfo {
         method: Method::Best,
         name: "best",
-        revision: 3,
+        revision: 4,
         summary: "a search: several recipes, of which measured rays decide",
     },
 ];
@@ -96,6 +96,17 @@ impl Preset {
     }
 }
 
+/// Raised when adaptation makes another tree of the same one: it is a pass, which trees of any method go through.
+const ADAPT_REVISION: u32 = 1;
+
+impl BuildOptions {
+    /// The revision of what these options build: the method's, and that of adaptation where it is done. Their sum grows when either does.
+    pub fn revision(&self) -> u32 {
+        let is_adapted = self.adapt > 0 && !self.method.is_search();
+        self.method.revision() + if is_adapted { ADAPT_REVISION } else { 0 }
+    }
+}
+
 impl Method {
     /// The method's row of [`METHODS`].
     pub fn info(self) -> &'static MethodInfo {
@@ -116,12 +127,12 @@ impl Method {
         matches!(self, Method::Auto | Method::Best)
     }
 
-    /// The revision of the method's output. A search's stands for its rule and for every method that it might take: their sum grows when
-    /// any of them does.
+    /// The revision of the method's output. A search's stands for its rule and for every method that it might take, adapted: their sum grows
+    /// when any of them does.
     pub fn revision(self) -> u32 {
         if self.is_search() {
             let others: u32 = METHODS.iter().filter(|row| !row.method.is_search()).map(|row| row.revision).sum();
-            self.info().revision + others
+            self.info().revision + others + ADAPT_REVISION
         } else {
             self.info().revision
         }

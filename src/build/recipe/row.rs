@@ -60,6 +60,8 @@ pub(crate) enum InKey {
     Always,
     /// Not where its value is 0 or false. A recipe without the step stays what it was before there was such a step.
     UnlessOff,
+    /// Not where its value is the usual one, which is what builds did before there was such an option.
+    UnlessUsual,
 }
 
 /// How the command line spells an option.
@@ -159,6 +161,7 @@ impl OptionInfo {
         match self.key {
             InKey::Always => true,
             InKey::UnlessOff => !["0", "false"].contains(&self.value(options).as_str()),
+            InKey::UnlessUsual => self.value(options) != self.default_in(Preset::Auto),
         }
     }
 }

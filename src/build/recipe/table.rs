@@ -4,11 +4,11 @@
 //! The order of the rows is the order in META and in the build key. A row may be put anywhere without changing the keys of
 //! recipes that do not name it.
 
-use super::options::{Axes, Clip, Levels, Method, Preset};
+use super::options::{Axes, Clip, Levels, Method, Preset, Purpose};
 use super::row::{InKey, Kind, OptionInfo, Readers, Spelling};
 use super::value::{OptionValue, names_of};
 
-/// Most rays in a set that a tree can be adapted to: some 200 MiB of them.
+/// Most rays of a family that a tree can be adapted to: some 500 MiB of them.
 pub const MAX_ADAPT: u32 = 1 << 20;
 /// Most neighbours to either side of a cluster among which its best match is looked for: their places are numbered in six bits.
 pub(in crate::build) const MAX_RADIUS: u32 = 31;
@@ -240,8 +240,8 @@ options! {
         readers: Readers::AllButSearches,
         key: InKey::UnlessOff,
         spelling: Spelling::Flag,
-        help: "After the build, put parts of the tree together anew where so many rays a set, traced everywhere, then visit fewer boxes; 0 leaves it",
-        details: "The rays are derived from the scene. It comes after reinsertion. `auto` and `best` take a quarter of a ray a triangle, and 4096 at most.",
+        help: "After the build, put parts of the tree together anew where so many rays of each family then visit fewer boxes; 0 leaves it",
+        details: "The rays are derived from the scene. It comes after reinsertion, and is taken back where other rays of any family would pay for it. `auto` and `best` take half a ray a triangle, and 4096 at most.",
     }
 
     collapse: bool = false, {
@@ -253,6 +253,17 @@ options! {
         spelling: Spelling::Setting,
         help: "After the build, make leaves of subtrees where the SAH says that it is cheaper",
         details: "Leaves stay within max-leaf.",
+    }
+
+    purpose: Purpose = Purpose::All, {
+        name: "rays-for",
+        placeholder: "WHAT",
+        kind: Kind::Choice(names_of::<Purpose>),
+        readers: Readers::Every,
+        key: InKey::UnlessUsual,
+        spelling: Spelling::Flag,
+        help: "What the rays are for that searches judge trees by, and that trees are adapted to",
+        details: "`camera` is pictures, `bake` is light that is stored at surfaces, `physics` is queries from anywhere; `all` weighs all families of rays alike.",
     }
 }
 

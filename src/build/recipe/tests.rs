@@ -125,7 +125,7 @@ fn passes_are_part_of_every_recipe_that_does_them() {
 fn a_search_has_another_revision_when_a_method_has_and_reads_no_pass() {
     let others: u32 = METHODS.iter().filter(|row| !row.method.is_search()).map(|row| row.revision).sum();
     for method in [Method::Auto, Method::Best] {
-        assert_eq!(method.revision(), method.info().revision + others);
+        assert!(method.revision() > method.info().revision + others, "what it takes may be adapted");
         let plain = of(method);
         let passed = BuildOptions { reinsert: 5, adapt: 5, collapse: true, bins: 3, ..plain.clone() };
         assert_eq!(plain.effective(), passed.effective());

@@ -6,7 +6,7 @@ use crate::geom::Ray;
 use crate::geom::vector::{cross, dot, sub};
 use crate::random::Random;
 use crate::trace::closest_hit;
-use crate::trace::rays::{camera, cosine_ray};
+use crate::trace::rays::{barycentric, camera, cosine_ray};
 
 /// How far from a surface rays start, and how far they look for occluders, as shares of the scene's diagonal.
 const LIFT: f64 = 1e-4;
@@ -18,7 +18,29 @@ pub(super) struct Struck {
     pub t: f32,
     point: [f64; 3],
     /// Of length 1, on the ray's side.
-    normal: [f64; 3],
+    pub normal: [f64; 3],
+    /// Instance, geometry and primitive of what the ray hit; none of a point that was chosen.
+    pub hit: Option<(Option<u32>, u32, u32)>,
+}
+
+impl Struck {
+    /// A ray that goes on from there.
+    pub fn ray(&self, direction: [f64; 3], diagonal: f64) -> Ray {
+        let origin = [0, 1, 2].map(|k| self.point[k] + LIFT * diagonal * self.normal[k]);
+        Ray::new(origin.map(|c| c as f32), direction.map(|c| c as f32))
+    }
+}
+
+/// A random point of a triangle as if a ray had hit it, on either side; `None` where the triangle has no normal.
+pub(super) fn surface(corners: &[[f32; 3]; 3], random: &mut Random) -> Option<Struck> {
+    let [a, b, c] = corners.map(|p| p.map(f64::from));
+    let (ab, ac) = (sub(b, a), sub(c, a));
+    let (u, v) = barycentric(random);
+    let side = if random.coin() { 1.0 } else { -1.0 };
+    let n = cross(ab, ac);
+    let length = dot(n, n).sqrt();
+    let point = [0, 1, 2].map(|k| a[k] + u * ab[k] + v * ac[k]);
+    (length > 0.0).then(|| Struck { t: 0.0, point, normal: n.map(|v| side * v / length), hit: None })
 }
 
 /// What the ray hits first, if that has a normal. Rays are made for trees that were built or checked: in any other, what is malformed is
@@ -31,7 +53,8 @@ pub(super) fn strike(world: &World<'_>, ray: &Ray) -> Option<Struck> {
     let length = dot(n, n).sqrt();
     let facing = if dot(n, d) > 0.0 { -length } else { length };
     let point = [0, 1, 2].map(|k| f64::from(ray.origin[k]) + f64::from(hit.t) * d[k]);
-    (length > 0.0).then(|| Struck { t: hit.t, point, normal: n.map(|v| v / facing) })
+    let id = (hit.instance, hit.geom, hit.prim);
+    (length > 0.0).then(|| Struck { t: hit.t, point, normal: n.map(|v| v / facing), hit: Some(id) })
 }
 
 /// About `count` rays (the next lower square from each camera).

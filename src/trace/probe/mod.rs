@@ -3,19 +3,19 @@
 //! Camera rays, one cosine-weighted bounce off what the camera sees, and ambient occlusion from there (any hit, up to a tenth of the
 //! diagonal), as many of each. All trees of a scene are given the same rays; counts carry no noise of any clock.
 //!
-//! `camera` chooses views where nobody did, `bounce` follows light from there; `everywhere` makes rays to *form* a tree by, which are not
-//! those that it is judged by.
+//! `camera` chooses views where nobody did, `bounce` follows light from there. `families` are the rays that searches judge by and form trees
+//! from: what cameras see is one purpose among several.
 
 mod bounce;
 mod camera;
-mod everywhere;
+mod families;
 mod work;
 mod world;
 
 pub use camera::Camera;
 #[cfg(feature = "cli")]
 pub(crate) use camera::subject;
-pub use everywhere::everywhere;
+pub use families::{FAMILIES, Family, FamilyCost, FamilyRays};
 pub use work::RayWork;
 
 use self::bounce::{Struck, bounces, camera_rays, strike, toward_occluders};

@@ -48,6 +48,12 @@ impl<'v> World<'v> {
 
     /// The centres of about so many triangles of the source, each once: the same ones whatever the trees.
     pub fn centres(&self, count: usize) -> Vec<[f32; 3]> {
+        let centre = |corners: [[f32; 3]; 3]| [0, 1, 2].map(|k| corners.map(|p| p[k] / 3.0).iter().sum::<f32>());
+        self.triangles(count).into_iter().map(centre).collect()
+    }
+
+    /// The corners of these.
+    pub fn triangles(&self, count: usize) -> Vec<[[f32; 3]; 3]> {
         let View { blases, instances, triangles, .. } = *self.view;
         let prims = |blas: u32| blases.get(blas as usize).map_or(0, |blas| blas.prim_count as usize);
         let all: usize = match instances {
@@ -62,18 +68,16 @@ impl<'v> World<'v> {
             asked.dedup_by_key(|t| (t.geom, t.prim));
             asked
         };
-        let centre = |corners: [[f32; 3]; 3]| [0, 1, 2].map(|k| corners.map(|p| p[k] / 3.0).iter().sum::<f32>());
         if instances.is_empty() {
-            return some(triangles).into_iter().map(|t| centre(t.corners())).collect();
+            return some(triangles).into_iter().map(TriangleRecord::corners).collect();
         }
-        let mut centres = Vec::new();
+        let mut corners = Vec::new();
         for instance in instances {
             let place = Affine::from_f32(&instance.object_to_world);
             let Some(tree) = self.view.blas(instance.blas as usize) else { continue };
-            let moved = |t: &TriangleRecord| centre(t.corners().map(|p| place.bake(p)));
-            centres.extend(some(tree.triangles).into_iter().map(moved));
+            corners.extend(some(tree.triangles).into_iter().map(|t| t.corners().map(|p| place.bake(p))));
         }
-        centres
+        corners
     }
 }
 

@@ -11,5 +11,5 @@ mod sets;
 
 pub use pinhole::camera;
 pub use sampler::Sampler;
-pub(crate) use sampler::cosine_ray;
+pub(crate) use sampler::{barycentric, cosine_ray};
 pub use sets::RaySet;

@@ -10,8 +10,8 @@ use crate::simd::{LaneBox, widest};
 use crate::tree::MAX_DEPTH;
 
 /// As if so many more rays had visited the treelet, which pass through everything: they are met in proportion to area. What is decided by
-/// few rays would otherwise be decided by chance.
-const PSEUDO_RAYS: f32 = 100.0;
+/// few rays would otherwise be decided by chance, and rays of other families than those that happen to come by would pay for it.
+pub(super) const PSEUDO_RAYS: f32 = 400.0;
 /// Visits that must be saved.
 const LEAST_GAIN: f32 = 1.0;
 

@@ -21,7 +21,7 @@ use crate::build::progress::Progress;
 use crate::exec::Executor;
 
 /// Nodes that fewer rays visit stay as they are, with all below: areas would decide there.
-const LEAST_RAYS: usize = 64;
+const LEAST_RAYS: usize = 128;
 
 /// Nodes of one level that a ray visits on average, so that time stays bounded where everything overlaps everything. In real scenes it is
 /// a handful; beyond, the nodes that come last on the level stay as they are.
@@ -33,9 +33,6 @@ struct Site {
     rays: Vec<u32>,
 }
 
-/// Ways down. The second finds other treelets than the first, a third next to nothing.
-const DESCENTS: u32 = 2;
-
 /// Put treelets together anew; returns how many were changed. Time grows with the rays times the depth, and hardly with the tree.
 pub fn adapt(
     tree: &mut WorkTree,
@@ -46,14 +43,8 @@ pub fn adapt(
     progress.phase("adapt: visits");
     let mut visits = guide.visits(tree, exec);
     progress.phase("adapt: treelets");
-    let mut changed = 0;
-    for _ in 0..DESCENTS {
-        match descend(tree, &mut visits, guide, exec, progress)? {
-            0 => break,
-            some => changed += some,
-        }
-    }
-    Ok(changed)
+    // A second way down finds other treelets, and next to nothing in them.
+    descend(tree, &mut visits, guide, exec, progress)
 }
 
 /// Once from the root to where few rays come. Keeps `visits`, by slot, what they are.

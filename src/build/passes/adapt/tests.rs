@@ -51,11 +51,8 @@ fn adapted(tree: &Tree, guide: &Guide, jobs: usize) -> (Tree, usize) {
     let exec = Executor::new(jobs).unwrap();
     let Some(mut work) = WorkTree::new(tree, &exec) else { return (tree.clone(), 0) };
     let mut visits = guide.visits(&work, &exec);
-    let mut changed = 0;
-    for _ in 0..DESCENTS {
-        changed += descend(&mut work, &mut visits, guide, &exec, &NoProgress).unwrap();
-        assert_eq!(visits, guide.visits(&work, &exec), "visits are kept right");
-    }
+    let changed = descend(&mut work, &mut visits, guide, &exec, &NoProgress).unwrap();
+    assert_eq!(visits, guide.visits(&work, &exec), "visits are kept right");
     for at in 0..work.slots.len() as u32 {
         if at != 1 && !work.slots[at as usize].is_leaf() {
             for child in work.slots[at as usize].children() {
@@ -72,14 +69,14 @@ fn adapted(tree: &Tree, guide: &Guide, jobs: usize) -> (Tree, usize) {
     (after, changed)
 }
 
-/// Inner nodes that the rays visit, and 100 rays more by their areas.
+/// Inner nodes that the rays visit, and imagined ones by their areas.
 fn price(tree: &Tree, guide: &Guide) -> f64 {
     let root = f64::from(tree.bounds().half_area());
     let inner = tree.nodes.iter().enumerate().filter(|(i, n)| *i != 1 && !n.is_leaf()).map(|(_, n)| n);
     inner
         .map(|n| {
             let met = guide.segments.iter().filter(|s| s.meets(&n.min, &n.max)).count();
-            met as f64 + 100.0 * f64::from(n.bounds().half_area()) / root
+            met as f64 + f64::from(best::PSEUDO_RAYS) * f64::from(n.bounds().half_area()) / root
         })
         .sum()
 }

@@ -156,7 +156,7 @@ fn workshop<'a>(args: &'a BuildArgs, context: &'a Context) -> Result<Workshop<'a
     let read = ReadOptions { max_memory: context.global.max_memory, ..args.read.resolve() };
     let method = build.method;
     let mut recipe =
-        Recipe { method: method.to_string(), builder_revision: method.revision(), options: build.effective() };
+        Recipe { method: method.to_string(), builder_revision: build.revision(), options: build.effective() };
     recipe.options.extend(read.effective());
     Ok(Workshop { args, context, build, read, codec: args.codec, recipe })
 }

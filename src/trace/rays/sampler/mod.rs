@@ -287,7 +287,7 @@ impl<'a> Sampler<'a> {
 }
 
 /// Weights of two edges, for a point evenly spread over a triangle.
-fn barycentric(random: &mut Random) -> (f64, f64) {
+pub(crate) fn barycentric(random: &mut Random) -> (f64, f64) {
     let (s, t) = (random.unit(), random.unit());
     if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) }
 }
