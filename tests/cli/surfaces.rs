@@ -68,15 +68,8 @@ fn completions_for_every_shell_know_the_flags() {
 #[test]
 fn usage_errors_are_2_and_suggest() {
     let place = Place::new();
-    for args in [
-        "",
-        "nonsense",
-        "build",
-        "info",
-        "check --level deep x",
-        "build a.obj -o b --bins 1",
-        "stats -q -v x",
-    ] {
+    for args in ["", "nonsense", "build", "info", "check --level deep x", "build a.obj -o b --bins 1", "stats -q -v x"]
+    {
         assert_eq!(place.run(args).code, 2, "bvhc {args}");
     }
     assert!(place.run("build a.obj -o b --split-budgit 3").err.contains("--split-budget"));
