@@ -12,12 +12,14 @@ pub fn panel(title: impl Into<String>, rows: &[Row]) -> Panel {
     for (colour, origin) in Origin::ALL.into_iter().enumerate() {
         let own = rows.iter().enumerate().filter(|(_, row)| row.origin == origin);
         let point = |(number, row): (usize, &Row)| {
-            let spread = [row.build.lower_seconds, row.build.upper_seconds].map(milliseconds);
-            Point::new(milliseconds(row.build.median_seconds), row.rays.cost)
+            let build = &row.build;
+            let point = Point::new(milliseconds(build.median_seconds), row.rays.cost)
                 .named(row.name.clone())
                 .marked(marker(origin))
-                .spread(spread)
-                .of_row(number)
+                .of_row(number);
+            // Of too few builds the middle half says nothing.
+            let spread = [build.lower_seconds, build.upper_seconds].map(milliseconds);
+            if build.has_spread() { point.spread(spread) } else { point }
         };
         let points: Vec<Point> = own.map(point).collect();
         if !points.is_empty() {

@@ -252,7 +252,7 @@ impl Progress for Ear<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{Method, Preset};
+    use crate::build::Preset;
     use crate::scene::{ReadOptions, read};
     use std::sync::atomic::{AtomicU32, Ordering};
     use std::time::Duration;
@@ -305,7 +305,7 @@ mod tests {
         assert!(choice.flags.starts_with("as ") && all.recipes.iter().any(|row| row.front));
 
         // Where the list has it, it is marked there.
-        let listed = BuildOptions { method: Method::Sbvh, ..chosen(&auto.notes).unwrap() };
+        let listed = chosen(&auto.notes).unwrap();
         let named = Recipe { name: "mine".into(), origin: Origin::Given, flags: String::new(), options: listed };
         let again = measured(&[recipes(), vec![named]].concat(), Duration::from_secs(600), 1, 1000);
         let mine = again.recipes.iter().find(|row| row.name == "mine").unwrap();
