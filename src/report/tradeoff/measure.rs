@@ -48,6 +48,8 @@ pub struct Contest<'a> {
     left_out: Vec<LeftOut>,
     /// The trees of the default recipe, or else those that were built first.
     kept: Option<(String, Image)>,
+    /// What searches ended with, by their names.
+    choices: Vec<(String, BuildOptions)>,
 }
 
 struct Measured {
@@ -67,8 +69,8 @@ impl<'a> Contest<'a> {
     ) -> Contest<'a> {
         let mut recipes = recipes.to_vec();
         recipes.sort_by(|a, b| a.weight().total_cmp(&b.weight()));
-        let (laid, measured, left_out, kept) = (Vec::new(), Vec::new(), Vec::new(), None);
-        Contest { scene, effort, exec, watch, recipes, laid, measured, left_out, kept }
+        let (laid, measured, left_out, kept, choices) = (Vec::new(), Vec::new(), Vec::new(), None, Vec::new());
+        Contest { scene, effort, exec, watch, recipes, laid, measured, left_out, kept, choices }
     }
 
     /// Build each recipe once and trace rays in its trees, the quickest first, for as long as there is time. A recipe that a search ends with joins
@@ -138,7 +140,14 @@ impl<'a> Contest<'a> {
 
     /// What was measured.
     pub fn finish(self) -> TradeOff {
-        let with_times = |m: Measured| Row { build: Times::of(&m.rounds), ..m.row };
+        let chosen_by = |recipe: &Recipe| {
+            self.choices
+                .iter()
+                .filter(|(_, options)| recipe.builds_as(options))
+                .map(|(search, _)| search.clone())
+                .collect()
+        };
+        let with_times = |m: Measured| Row { build: Times::of(&m.rounds), chosen_by: chosen_by(&m.recipe), ..m.row };
         let mut recipes: Vec<Row> = self.measured.into_iter().map(with_times).collect();
         mark_front(&mut recipes);
         let times: Vec<Times> = recipes.iter().map(|row| row.build).collect();
@@ -194,8 +203,10 @@ impl<'a> Contest<'a> {
     /// Mark what a search ended with, where it is a recipe of the list; else put it there.
     fn choose(&mut self, search: &Recipe, options: BuildOptions, spell: &dyn Fn(&BuildOptions) -> String) {
         let options = BuildOptions { levels: search.options.levels, ..options };
-        if let Some(known) = self.measured.iter_mut().find(|m| m.recipe.builds_as(&options)) {
-            known.row.chosen_by.push(search.name.clone());
+        let is_there =
+            self.recipes.iter().chain(self.measured.iter().map(|m| &m.recipe)).any(|r| r.builds_as(&options));
+        self.choices.push((search.name.clone(), options.clone()));
+        if is_there {
             return;
         }
         let name = format!("{}'s choice", search.name);
@@ -204,12 +215,8 @@ impl<'a> Contest<'a> {
         let deadline = Some(self.effort.until);
         self.watch.step(&recipe.name, 1, self.measured.len() as u64, self.recipes.len() as u64 + 1);
         match self.build(&recipe.options, deadline) {
-            Ok((seconds, accel)) if self.judge(recipe.clone(), seconds, &accel).is_ok() => {
-                if let Some(last) = self.measured.last_mut() {
-                    last.row.chosen_by.push(search.name.clone());
-                }
-            }
-            Ok(_) => {}
+            // A fault of records would have shown in the trees of the search.
+            Ok((seconds, accel)) => _ = self.judge(recipe, seconds, &accel),
             Err(error) => self.leave_out(recipe, &error),
         }
     }
