@@ -10,7 +10,7 @@ use crate::compile::compile;
 use crate::exec::Executor;
 use crate::geom::{Affine, Point, Ray};
 use crate::layout::CompactNode;
-use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, Scene, SceneError};
+use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, Scene, SceneError, has_inverse};
 use crate::trace::wide::WideView;
 use crate::trace::{BatchError, Hit, Malformed, any_hit, closest_hit};
 use std::collections::BTreeSet;
@@ -129,7 +129,7 @@ impl Build {
         if mesh as usize >= meshes {
             return Err(GeometryError::MeshOutOfRange { instance, mesh, meshes });
         }
-        if object_to_world.inverse().is_none() {
+        if !has_inverse(&object_to_world) {
             return Err(GeometryError::Transform { instance });
         }
         let name = self.scene.meshes[mesh as usize].name.clone();

@@ -119,6 +119,12 @@ fn instances_that_lead_nowhere_are_refused() {
     assert!(matches!(build.add_instance(number + 1, Affine::IDENTITY), Err(GeometryError::MeshOutOfRange { .. })));
     assert!(matches!(build.add_instance(number, singular), Err(GeometryError::Transform { instance: 0 })));
     assert!(Build::new(&POSITIONS, &[[0, 1, 9]]).is_err());
+
+    // Its determinant is 2⁻⁴⁸, of terms near 1 that cancel.
+    let u = f64::from(1f32.next_down());
+    let needle = Affine { rows: [[1.0, 1.0, 1.0, 0.0], [1.0, u, 1.0, 0.0], [1.0, 1.0, u, 0.0]] };
+    assert_eq!(scene(place(0, needle)).unwrap_err(), GeometryError::Transform { instance: 0 });
+    assert!(matches!(build.add_instance(number, needle), Err(GeometryError::Transform { instance: 0 })));
 }
 
 #[test]

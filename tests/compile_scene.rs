@@ -129,6 +129,28 @@ fn the_top_level_holds_the_boxes_of_the_transforms_as_written() {
     }
 }
 
+/// Both meshes say that they are part 0 of mesh 0, and their triangles have the same numbers.
+#[test]
+fn parts_that_were_numbered_alike_are_told_apart() {
+    let meshes = || vec![strip("a", 20), strip("b", 9)];
+    let parts = |accel: &Accel| -> Vec<(u32, u32)> {
+        let parts = accel.meshes.iter().flat_map(|mesh| &mesh.parts);
+        parts.map(|part| (part.source_mesh, part.source_part)).collect()
+    };
+    for levels in [Levels::One, Levels::Two] {
+        let exec = Executor::sequential();
+        let accel = run(scene(meshes(), vec![place(0, 1, shift(1.0)), place(1, 1, shift(50.0))]), levels).unwrap();
+        assert_eq!(parts(&accel), [(0, 0), (1, 0)]);
+        let image = bvhc::cache::Image::new(&accel, &exec).unwrap();
+        let report = bvhc::cache::check::check_image(&image, &Default::default(), &exec);
+        assert!(report.is_clean(), "{:?}", report.findings);
+
+        // One mesh in two places is one mesh.
+        let accel = run(scene(meshes(), vec![place(0, 1, shift(1.0)), place(0, 2, shift(50.0))]), levels).unwrap();
+        assert!(parts(&accel).iter().all(|part| *part == (0, 0)));
+    }
+}
+
 #[test]
 fn what_cannot_be_placed_is_refused() {
     let far =

@@ -146,8 +146,24 @@ class Trees:
         require((first + prims < 1 << 32).all() and (self.geom["kept_count"] <= prims).all(), "counts of GEOM")
         require((np.diff(self.geom["blas"].astype(np.int64)) >= 0).all(), "GEOM rows are not in the order of their blas")
         require((self.geom["blas"] < len(self.blas)).all() and not self.geom["reserved"].any(), "blas or reserved of GEOM")
+        self.check_numbers()
         row, prim = self.tris["geom"], self.tris["prim"]
         require(((prim >= first[row]) & (prim < first[row] + prims[row])).all(), "prim of TRIS is not in its part")
+
+    def check_numbers(self):
+        """Numbers of triangles in the parts of one mesh, in each tree [5.3]."""
+        of_parts = {}
+        for g in map(plain, self.geom):
+            said = (g["first_prim"], g["prim_count"], bytes(g["name_hash"]))
+            nodes = of_parts.setdefault((g["blas"], g["source_mesh"], g["source_part"]), (said, []))
+            require(nodes[0] == said, "two rows of GEOM give one part different numbers or names")
+            nodes[1].append(g["baked_node"])
+        before, end = None, 0
+        for key in sorted(of_parts):
+            (first, count, _), nodes = of_parts[key]
+            require(nodes.count(0xFFFFFFFF) <= 1, "two rows of GEOM are of one part without a node")
+            require(before != key[:2] or first >= end, "parts of one mesh have numbers in common")
+            before, end = key[:2], first + count
 
     def tree(self, b):
         return self.node[int(b["node_offset"]):][:int(b["node_count"])], int(b["ref_count"])
@@ -211,8 +227,7 @@ class Trees:
             require((leaf["first"][order][1:] != leaf["first"][order][:-1])[copy].all(), "%s: a triangle twice in a leaf" % name)
             shape = corners.view(np.uint32).reshape(-1, 9)[order]
             require((shape[1:] == shape[:-1])[copy].all(), "%s: copies of a triangle differ" % name)
-            if b["flags"] == REFITTABLE:
-                self.check_tight(nodes, corners, name)
+            self.check_tight(nodes, corners.min(axis=1), corners.max(axis=1), name, whole=b["flags"] == REFITTABLE)
             groups = np.split(order, np.flatnonzero(~copy) + 1)
             groups = [g for g in groups if len(g) > 1]
             for g in groups[::len(groups) // MOST_COVERED + 1]:
@@ -224,16 +239,18 @@ class Trees:
             require(b["sah"] == sah, "%s: sah is not that of its nodes" % name)
 
     @staticmethod
-    def check_tight(nodes, corners, name):
-        """No box is larger than what it holds: rule 9 of [5.1]."""
+    def check_tight(nodes, low, high, name, whole):
+        """No box is larger than what it holds: rule 9 of [5.1]. `low` and `high`: the boxes of the references; `whole`: leaves hold all of them."""
         live = np.arange(len(nodes)) != 1
         inner = np.flatnonzero(live & (nodes["count"] == 0))
         pairs = nodes["first"][inner][:, None] + [0, 1]
         tight = (nodes["min"][pairs].min(axis=1) == nodes["min"][inner]).all()
         tight &= (nodes["max"][pairs].max(axis=1) == nodes["max"][inner]).all()
         for n in nodes[live & (nodes["count"] > 0)]:
-            held = corners[int(n["first"]):][:int(n["count"])].reshape(-1, 3)
-            tight &= (held.min(axis=0) == n["min"]).all() and (held.max(axis=0) == n["max"]).all()
+            of = slice(int(n["first"]), int(n["first"]) + int(n["count"]))
+            least, most = low[of].min(axis=0), high[of].max(axis=0)
+            tight &= (least <= n["min"]).all() and (n["max"] <= most).all()
+            tight &= not whole or (least == n["min"]).all() and (n["max"] == most).all()
         require(tight, "%s: a box is larger than what it holds" % name)
 
     def check_instances(self):
@@ -248,13 +265,25 @@ class Trees:
             require((np.abs(a @ b - np.eye(4)) <= allowed).all(), "world_to_object is not the inverse of object_to_world")
             require(undoes(a, b), "world_to_object is not near the inverse of object_to_world")
             require(bool(m["flags"] & 1) == (exact_determinant(a) < 0), "MIRRORED of INST")
-        for m, box in zip(self.inst, leaf_of_each_ref(self.tnod)):
+        low, high = np.zeros((len(self.inst), 3), np.float32), np.zeros((len(self.inst), 3), np.float32)
+        for i, (m, box) in enumerate(zip(self.inst, leaf_of_each_ref(self.tnod))):
             b, a = self.blas[int(m["blas"])], m["object_to_world"].reshape(3, 4).astype(np.float64)
-            if b["node_count"]:
-                ends = np.stack([a[:, :3] * b["min"].astype(np.float64), a[:, :3] * b["max"].astype(np.float64)])
-                low, high = (np.cumsum(np.column_stack([a[:, 3], e]), axis=1)[:, 3] for e in (ends.min(axis=0), ends.max(axis=0)))
-                slack = (np.abs(ends).max(axis=0).sum(axis=1) + np.abs(a[:, 3])) * 2.0**-50
-                require((box["min"] <= low - slack).all() and (box["max"] >= high + slack).all(), "an instance leaves its leaf's box")
+            ends = np.stack([a[:, :3] * b["min"].astype(np.float64), a[:, :3] * b["max"].astype(np.float64)])
+            least, most = (np.cumsum(np.column_stack([a[:, 3], e]), axis=1)[:, 3] for e in (ends.min(axis=0), ends.max(axis=0)))
+            slack = (np.abs(ends).max(axis=0).sum(axis=1) + np.abs(a[:, 3])) * 2.0**-50
+            low[i], high[i] = outward(least - slack, -np.inf), outward(most + slack, np.inf)
+            inside = (box["min"] <= low[i]).all() and (box["max"] >= high[i]).all()
+            require(inside or not b["node_count"], "an instance leaves its leaf's box")
+        if len(self.inst):
+            self.check_tight(self.tnod, low, high, "TLAS", whole=False)
+
+    def check_nodes(self):
+        """Parts name the node of their instance, where both name one [5.5]."""
+        nodes = {}
+        for g in self.geom[self.geom["baked_node"] != 0xFFFFFFFF]:
+            nodes.setdefault(int(g["blas"]), set()).add(int(g["baked_node"]))
+        for m in self.inst[self.inst["node"] != 0xFFFFFFFF]:
+            require(nodes.get(int(m["blas"]), {int(m["node"])}) == {int(m["node"])}, "node of INST is not that of the parts of its tree")
 
     def check_vertices(self, vertices):
         """VERT [10.3.1], a record for each of `tris`."""
@@ -463,6 +492,7 @@ class File(Trees):
         self.check_header_counts(self.blas, self.blas["node_count"], [self.tnod])
         depths = self.check_trees() + ([self.check_top()] if self.two_level else [])
         self.check_bounds([self.tnod if self.two_level else self.node])
+        self.check_nodes()
         self.check_compact()
         return depths
 
@@ -661,7 +691,7 @@ class File(Trees):
         if self.meta and blake3:
             require(digest(self.meta.key_stream(), "bvhc v1 build key") == self.header["build_key"], "build_key")
         for _, name, _, _ in self.meta.inputs if self.meta else []:
-            require(not re.match(r"/|[A-Za-z]:[/\\]", name), "the name of an input is absolute")
+            require(not re.match(r"/|[A-Za-z]:", name) and "\\" not in name, "the name of an input is absolute on some system")
 
 
 def unframed(stored, length):
@@ -701,13 +731,18 @@ def exact_determinant(m):
 
 
 def undoes(a, b):
-    """Whether b is the inverse of a, within what f64 loses [5.5]."""
+    """Whether b is the inverse of a, within what f64 loses, and f64 can tell the inverse [5.5]."""
+    rows = [[float(v) for v in row] for row in a]  # the sums in f64, one after the other
+    told, magnitudes = 0.0, 0.0
+    for c in range(3):
+        value, magnitude = cofactor(rows, 0, c)
+        told, magnitudes = told + rows[0][c] * value, magnitudes + abs(rows[0][c] * magnitude)
+    if not abs(told) > magnitudes * 2.0**-48:
+        return False
     det = exact_determinant(a)
-    m = [[Fraction(float(v)) for v in row] for row in a]
+    m = [[Fraction(v) for v in row] for row in rows]
     terms = sum(abs(m[0][c]) * cofactor(m, 0, c)[1] for c in range(3))
     lost = Fraction(1, 2**48)
-    if abs(det) <= terms * lost:
-        return det != 0
     for r in range(3):
         moved = slack = Fraction(0)
         for c in range(4):
@@ -759,6 +794,13 @@ def covers(boxes, corners):
     return not parts
 
 
+def outward(values, side):
+    """The nearest numbers of f32 that are not inside."""
+    rounded = values.astype(np.float32)
+    inside = rounded.astype(np.float64) > values if side < 0 else rounded.astype(np.float64) < values
+    return np.where(inside, np.nextafter(rounded, np.float32(side)), rounded)
+
+
 def leaf_of_each_ref(nodes):
     """For each reference of a checked tree the node of the leaf that it stands in."""
     leaves = nodes[nodes["count"] > 0]  # record 1 is zero, so it is not among them
@@ -778,6 +820,8 @@ class Meta:
         self.read_counts = self.items(lambda: (self.text(), self.number("<Q")))
         self.notes = self.items(self.text)
         require(self.at == len(data), "bytes behind the last field of META")
+        for pairs in (self.options, self.read_counts):
+            require(len({name for name, _ in pairs}) == len(pairs), "META names an option or a count twice")
 
     def take(self, length):
         require(length <= len(self.data) - self.at, "META ends in the middle of a field")

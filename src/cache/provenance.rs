@@ -47,13 +47,43 @@ pub fn provenance(recipe: Recipe, inputs: &[InputFile], report: &ReadReport) -> 
     }
 }
 
-/// A name that says nothing of the machine: of an absolute path or URI the last part. The scene reader gives such a name only where
-/// it knows no way from the model's folder; the file is then not found again, and a cache that depends on it is always built anew.
+/// A name that says nothing of the machine and leads nowhere else on any: of an absolute path or URI the last part, without what looks like a
+/// drive. The scene reader gives such a name only where it knows no way from the model's folder, or where a file's own name has a `\` or begins like
+/// a drive; the file is then not found again, and a cache that depends on it is always built anew.
 fn relative_name(name: &str) -> String {
     let name = name.replace('\\', "/");
-    let drive = name.as_bytes().get(1) == Some(&b':');
-    if name.starts_with('/') || drive || name.starts_with("file:") {
-        return name.rsplit('/').next().unwrap_or_default().to_owned();
+    let has_drive = |name: &str| name.as_bytes().get(1) == Some(&b':');
+    if !(name.starts_with('/') || has_drive(&name) || name.starts_with("file:")) {
+        return name;
     }
-    name
+    let mut last = name.rsplit('/').next().unwrap_or_default();
+    while has_drive(last) {
+        last = last.get(2..).unwrap_or_default();
+    }
+    last.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_name_that_is_written_leads_elsewhere() {
+        let is_written_as = |name: &str, want: &str| {
+            let written = Dependency { name: relative_name(name), ..Dependency::default() };
+            assert!(written.name == want && !written.is_absolute(), "{name:?} is written as {:?}", written.name);
+        };
+        is_written_as("parts/wing.bin", "parts/wing.bin");
+        is_written_as("../wing.bin", "../wing.bin");
+        is_written_as("/home/a/wing.bin", "wing.bin");
+        is_written_as("file:///home/a/wing.bin", "wing.bin");
+        is_written_as("C:\\a\\wing.bin", "wing.bin");
+        // Names that a file may have on Unix.
+        is_written_as("a\\wing.bin", "a/wing.bin");
+        is_written_as("\\\\host\\share\\wing.bin", "wing.bin");
+        is_written_as("c:wing.bin", "wing.bin");
+        is_written_as("/home/c:d:wing.bin", "wing.bin");
+        is_written_as("c:", "");
+        is_written_as("wing:bin", "wing:bin");
+    }
 }

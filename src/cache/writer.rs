@@ -108,6 +108,9 @@ fn seal<'a>(
             input.name
         )));
     }
+    if let Some((what, name)) = meta.repeated() {
+        return Err(unwritable(format!("META names the {what} {name:?} twice")));
+    }
     let materials = if image.materials.len() == image.geoms.len() { encode_names(&image.materials) } else { None };
     if options.check && materials.is_none() && image.materials.iter().any(|m| !m.is_empty()) {
         return Err(unwritable("its parts have materials, and there is no name for each part".into()));

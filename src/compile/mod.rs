@@ -113,8 +113,10 @@ pub struct Placing {
 }
 
 /// [`compile`] without the trees: what a file of this scene holds, to build over or to compare a file with.
-pub fn lay_out(scene: Scene, options: &BuildOptions, exec: &Executor) -> Result<LaidOut, BuildError> {
+pub fn lay_out(mut scene: Scene, options: &BuildOptions, exec: &Executor) -> Result<LaidOut, BuildError> {
     scene.validate(exec)?;
+    scene.meshes.iter_mut().filter(|mesh| !mesh.triangles.is_empty()).for_each(cover_with_parts);
+    number_parts(&mut scene.meshes);
     let numbered = |mesh: &Mesh| !mesh.vertices.is_empty();
     let mut with_triangles = scene.meshes.iter().filter(|mesh| !mesh.triangles.is_empty());
     if scene.meshes.iter().any(numbered) && !with_triangles.all(numbered) {
@@ -231,7 +233,6 @@ fn keep_visible(scene: Scene) -> (Vec<Mesh>, Vec<Instance>) {
     let Scene { mut meshes, instances, .. } = scene;
     let numbers = renumber(meshes.iter().zip(used).map(|(mesh, used)| used && !mesh.triangles.is_empty()));
     retain_numbered(&mut meshes, &numbers);
-    meshes.iter_mut().for_each(cover_with_parts);
     (meshes, instances_of(instances, &numbers))
 }
 
@@ -241,6 +242,29 @@ fn cover_with_parts(mesh: &mut Mesh) {
         let triangle_count = mesh.triangles.len() as u32;
         let prim_count = mesh.source_prims.iter().max().map_or(triangle_count, |last| last.saturating_add(1));
         mesh.parts.push(Part { name: mesh.name.clone(), triangle_count, prim_count, ..Part::default() });
+    }
+}
+
+/// Meshes made by hand may all have the source number 0, and their parts too. Where two triangles would so have one number, parts are named by
+/// where they stand in the scene. No model that is read is such a scene.
+fn number_parts(meshes: &mut [Mesh]) {
+    let parts = meshes.iter().filter(|mesh| !mesh.triangles.is_empty()).flat_map(|mesh| &mesh.parts);
+    let mut said: Vec<_> = parts
+        .map(|p| (p.source_mesh, p.source_part, u64::from(p.first_prim), u64::from(p.prim_count), p.name.as_str()))
+        .collect();
+    said.sort_unstable();
+    said.dedup();
+    let is_clear = said.windows(2).all(|pair| {
+        let (a, b) = (&pair[0], &pair[1]);
+        a.0 != b.0 || a.1 != b.1 && a.2 + a.3 <= b.2
+    });
+    if is_clear {
+        return;
+    }
+    for (number, mesh) in meshes.iter_mut().enumerate() {
+        for (part, p) in mesh.parts.iter_mut().enumerate() {
+            (p.source_mesh, p.source_part) = (number as u32, part as u32);
+        }
     }
 }
 

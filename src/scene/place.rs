@@ -10,7 +10,8 @@ use crate::geom::{Aabb, Affine};
 enum Fate {
     /// Its transform can be stored and inverted.
     Stays,
-    /// A scale of 0 along one or two axes: there is something to see, but no way for a ray back into the mesh.
+    /// A scale of 0 along one or two axes, or so nearly that `f64` cannot tell the inverse: there is something to see, but no way for a ray back
+    /// into the mesh.
     Flat,
     /// A scale of 0 along every axis.
     Vanishes,
@@ -48,16 +49,14 @@ pub(super) fn settle(scene: &mut Scene, source: &mut Source) -> Result<(), Scene
     Ok(())
 }
 
-/// A transform must have an inverse both as composed and as the file will store it.
+/// A transform must have an inverse both as composed and as the file will store it, and one that `f64` can tell.
 fn fate(transform: &Affine) -> Fate {
     let stored = transform.to_f32();
     if stored.iter().any(|v| !v.is_finite()) {
         return Fate::OutOfRange;
     }
-    let is_invertible = transform.inverse().is_some()
-        && Affine::from_f32(&stored).inverse().is_some_and(|i| i.to_f32().iter().all(|v| v.is_finite()));
     match transform.rows.iter().all(|row| row[..3] == [0.0; 3]) {
-        _ if is_invertible => Fate::Stays,
+        _ if transform.is_storable() => Fate::Stays,
         true => Fate::Vanishes,
         false => Fate::Flat,
     }

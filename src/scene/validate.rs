@@ -97,7 +97,7 @@ pub enum GeometryError {
         /// How many meshes the scene has.
         meshes: usize,
     },
-    /// An instance's transform is not finite, or has no inverse that takes a ray into the mesh.
+    /// An instance's transform is not finite, or has no inverse that takes a ray into the mesh: none at all, or none that `f64` can tell.
     Transform {
         /// The instance.
         instance: usize,
@@ -146,7 +146,7 @@ impl fmt::Display for GeometryError {
                 write!(f, "instance {instance} names mesh {mesh}, but the scene has {meshes} meshes")
             }
             GeometryError::Transform { instance } => {
-                write!(f, "the transform of instance {instance} is not finite or has no inverse")
+                write!(f, "the transform of instance {instance} is not finite, or has no inverse that f64 can tell")
             }
         }
     }
@@ -283,10 +283,18 @@ impl Scene {
             if i.mesh as usize >= self.meshes.len() {
                 return Err(GeometryError::MeshOutOfRange { instance, mesh: i.mesh, meshes: self.meshes.len() });
             }
-            if i.transform.inverse().is_none() {
+            if !has_inverse(&i.transform) {
                 return Err(GeometryError::Transform { instance });
             }
         }
         Ok(())
     }
+}
+
+/// Whether a ray can be taken into the mesh that this transform places: it has an inverse, and as a file stores it one that `f64` can tell. What does
+/// not fit in `f32` is refused where it is placed.
+pub(crate) fn has_inverse(transform: &Affine) -> bool {
+    let stored = transform.to_f32();
+    let fits = stored.iter().all(|entry| entry.is_finite());
+    transform.inverse().is_some() && (!fits || Affine::from_f32(&stored).is_invertible_in_f64())
 }

@@ -49,7 +49,9 @@ pub enum NotAScene {
         instances: usize,
     },
     /// An instance flattens its mesh.
-    #[error("Cannot take the scene from the file: the matrix of instance record {record} has no inverse.")]
+    #[error(
+        "Cannot take the scene from the file: the matrix of instance record {record} has no inverse that f64 can tell."
+    )]
     Singular {
         /// Record of `INST`.
         record: usize,
@@ -135,7 +137,7 @@ fn instances(view: &View<'_>) -> Result<Vec<Instance>, NotAScene> {
         let free = slots.get_mut(id as usize).filter(|slot| slot.is_none());
         let (Some(slot), true) = (free, (blas as usize) < trees) else { return Err(wrong) };
         let transform = Affine::from_f32(&stored.object_to_world);
-        if transform.inverse().is_none() {
+        if transform.inverse().is_none() || !transform.is_invertible_in_f64() {
             return Err(NotAScene::Singular { record });
         }
         *slot = Some(Instance { mesh: blas, transform, node: stored.node, name: String::new() });

@@ -196,3 +196,12 @@ fn anchors(text: &str) -> BTreeSet<String> {
     }
     anchors
 }
+
+#[test]
+fn the_page_of_rules_has_a_row_for_each_rule() {
+    let text = text_of(Path::new("docs/rules.md"));
+    let first = |line: &str| bvhc::cache::rules::find(line.strip_prefix("| ")?.get(..5)?).map(|rule| rule.id);
+    let rows: Vec<&str> = text.lines().filter_map(first).collect();
+    let rules: Vec<&str> = bvhc::cache::rules::all().map(|rule| rule.id).collect();
+    assert_eq!(rows, rules);
+}

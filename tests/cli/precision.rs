@@ -96,3 +96,23 @@ fn a_mesh_that_a_node_puts_far_away_keeps_its_shape() {
         place.ok("check far.bvhc --source patch_far.gltf");
     }
 }
+
+/// The first of two places has a matrix whose determinant cancels away, 2⁻⁴⁸ of terms near 1: no file could say how a ray gets into the mesh.
+#[test]
+fn a_matrix_whose_inverse_cannot_be_told_is_baked() {
+    let place = Place::new();
+    let (model, buffer) = crate::gltf("needle");
+    let u = f64::from(1f32.next_down());
+    let nodes = format!(r#""nodes":[{{"mesh":0,"matrix":[1,1,1,0,1,{u},1,0,1,1,{u},0,0,0,0,1]}},{{"mesh":0}}]"#);
+    let model = model.replace(r#""nodes":[{"mesh":0}]"#, &nodes).replace(r#"[{"nodes":[0]}]"#, r#"[{"nodes":[0,1]}]"#);
+    place.write("needle.gltf", model);
+    place.write("needle.bin", buffer);
+    for levels in ["one", "two"] {
+        place.ok(&format!("build needle.gltf -o {levels}.bvhc --levels {levels}"));
+        place.ok(&format!("check {levels}.bvhc --source needle.gltf"));
+        place.ok(&format!("verify {levels}.bvhc --source needle.gltf --rays 2k --device cpu"));
+    }
+    let cache = Cache::open(place.path("two.bvhc")).unwrap();
+    assert_eq!((cache.instances().len(), cache.blases().len()), (2, 2));
+    assert!(cache.geoms().iter().any(|part| part.baked_node == 0));
+}

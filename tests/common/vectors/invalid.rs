@@ -3,8 +3,8 @@
 use bvhc::cache::check::{Level, Limits, Report, Source, check_bytes};
 use bvhc::cache::rules::{self, Rule};
 use bvhc::cache::{
-    Codec, FrameRecord, GeomRecord, Header, Image, InstanceRecord, NO_NODE, PoseRecord, SectionEntry, SectionKind,
-    TopologyRecord, TriangleRecord, WriteOptions, section_flags, to_bytes, tree_flags,
+    Codec, FrameRecord, GeomRecord, Header, Image, InstanceRecord, Meta, NO_NODE, PoseRecord, SectionEntry,
+    SectionKind, TopologyRecord, TriangleRecord, WriteOptions, section_flags, to_bytes, tree_flags,
 };
 use bvhc::exec::Executor;
 use bvhc::geom::Affine;
@@ -12,6 +12,7 @@ use bvhc::scene::{Instance, Mesh};
 use bvhc::tree::{Accel, Node, Tree};
 use bytemuck::Zeroable;
 
+use super::branches;
 use super::bytes::{self, file, put_together, refix, sign, take_apart, with_entry, with_header};
 use super::scenes::{self, comb, cut_in_two, one_level, pile, restate_sah, sheet, tree, two_level};
 use super::sequences::{self, Sequence};
@@ -63,6 +64,7 @@ pub fn all() -> Vec<Invalid> {
         source(),
         sequence(),
         cases(),
+        branches::all(),
     ];
     groups.into_iter().flatten().collect()
 }
@@ -186,7 +188,7 @@ fn hashes() -> Vec<Invalid> {
 }
 
 /// Overwrite the first place where `old` stands.
-fn replace(bytes: &mut [u8], old: &[u8], new: &[u8]) {
+pub(super) fn replace(bytes: &mut [u8], old: &[u8], new: &[u8]) {
     let at = bytes.windows(old.len()).position(|w| w == old).unwrap();
     bytes[at..at + new.len()].copy_from_slice(new);
 }
@@ -204,7 +206,8 @@ fn counts() -> Vec<Invalid> {
     let extra_geom = |rule, blas, first_prim, prim_count| {
         image(rule, valid::plane(), |i| {
             let row = i.geoms[0];
-            i.geoms.push(GeomRecord { blas, first_prim, prim_count, kept_count: 0, name_hash: [0; 32], ..row });
+            let part = GeomRecord { source_part: 1, kept_count: 0, name_hash: [0; 32], ..row };
+            i.geoms.push(GeomRecord { blas, first_prim, prim_count, ..part });
             i.names.push(String::new());
         })
     };
@@ -243,6 +246,7 @@ fn counts() -> Vec<Invalid> {
         }),
         origins(&rules::E0324, |i| i.sides[0] |= 2),
         origins(&rules::E0325, |i| i.geoms[0].baked_node = NO_NODE),
+        image(&rules::E0328, valid::parts(), |i| i.geoms[0].prim_count += 1),
     ]
 }
 
@@ -318,6 +322,10 @@ fn topology() -> Vec<Invalid> {
             i.nodes[0].max[1] += 1.0;
             i.blases[0].max[1] += 1.0;
         }),
+        image(&rules::E0434, valid::duplicates(), |i| {
+            i.nodes[0].max[1] += 1.0;
+            i.blases[0].max[1] += 1.0;
+        }),
         image(&rules::E0426, four(), |i| {
             (i.nodes[2].first, i.nodes[3].first) = (6, 4);
             for k in 0..2 {
@@ -366,7 +374,7 @@ fn triangles() -> Vec<Invalid> {
             i.triangles[copy].v1[0] = 8.5;
         }),
         // The right leaf's box ends one step below the corner at x = 8.
-        cut_edited(&rules::E0425, |i| i.nodes[5].max[0] = i.nodes[5].max[0].next_down()),
+        cut_edited(&rules::E0425, |i| [2, 5].into_iter().for_each(|n| i.nodes[n].max[0] = 8f32.next_down())),
         edited(&rules::W0401, |i| {
             let zero = i.triangles.iter().position(|t| t.v0[0] == 0.0).unwrap();
             i.triangles[zero].v0[0] = -0.0;
@@ -400,7 +408,11 @@ fn instances() -> Vec<Invalid> {
         edited(&rules::E0507, |i| {
             let leaf = (2..i.tlas_nodes.len()).find(|&n| i.tlas_nodes[n].is_leaf()).unwrap();
             i.tlas_nodes[leaf].max[1] = i.tlas_nodes[leaf].max[1].next_down();
+            refit(&mut i.tlas_nodes);
         }),
+        edited(&rules::E0508, |i| i.tlas_nodes[0].max[1] += 100.0),
+        edited(&rules::E0509, |i| i.geoms[0].baked_node = 1),
+        edited(&rules::W0503, |i| i.instances[1].mask = 0),
         broken(&rules::W0501, with_meshes(vec![pile(3), Mesh::default()], vec![place(0), place(1)])),
         broken(&rules::W0502, with_meshes(vec![pile(3), pile(2)], vec![place(0), place(0)])),
     ]
@@ -500,6 +512,7 @@ fn sequence() -> Vec<Invalid> {
             s.blocks.iter_mut().for_each(|(_, vertices)| vertices.push([f32::NAN; 3]));
         }),
         edited(&rules::W0701, |s| _ = s.add_placement(&[(0, Affine::translation([0.0, 1.0, 0.25]))])),
+        edited(&rules::W0702, |s| (s.frames[1].flags, s.frames[1].time) = (FrameRecord::TIMED, 1.0)),
         // Rules of still files, where a sequence has other records.
         case("sequence-numbers", broken(&rules::E0125, refix(numbered))),
         case("sequence-tris", broken(&rules::E0125, with_entry(tris, SectionKind::TRIS, |e| e.elem_size = 48))),
@@ -642,7 +655,34 @@ fn cases() -> Vec<Invalid> {
     let (header, mut nameless) = take_apart(&plane());
     nameless.retain(|(e, _)| e.kind != SectionKind::NAMS);
     let (two_meshes, skewed) = (vec![pile(3)], skewed_instance());
+    let placed = |instance| {
+        let mesh = pile(3);
+        let blases = vec![tree(&mesh, 2)];
+        Image::new(&scenes::with_top(vec![mesh], blases, vec![instance]), &Executor::current()).unwrap()
+    };
+    let named = |name: &[u8]| {
+        let mut bytes = plane();
+        replace(bytes::stored(&mut bytes, SectionKind::META), b"vector.obj", name);
+        refix(bytes)
+    };
+    // The writer refuses what names something twice, so the second name is changed behind it.
+    let twice = |edit: fn(&mut Meta, String), other: &[u8], name: &str| {
+        let [mut before, mut meta] = [scenes::meta(), scenes::meta()];
+        edit(&mut before, String::from_utf8(other.to_vec()).unwrap());
+        edit(&mut meta, name.into());
+        let image = valid::plane();
+        let mut bytes = to_bytes(&image, &before, &WriteOptions::default(), &Executor::current()).unwrap();
+        replace(bytes::stored(&mut bytes, SectionKind::META), other, name.as_bytes());
+        with_header(refix(bytes), |h| h.build_key = meta.build_key())
+    };
+    let option = |meta: &mut Meta, name| meta.options.push((name, "2".into()));
+    let count = |meta: &mut Meta, name| meta.read_counts.push((name, 3));
     vec![
+        case(&rules::E0206, "option-twice", twice(option, b"max_lear", "max_leaf")),
+        case(&rules::E0206, "count-twice", twice(count, b"degenerate_trianglez", "degenerate_triangles")),
+        case(&rules::E0209, "backslash", named(br"vect\r.obj")),
+        case(&rules::E0209, "drive", named(b"C:ctor.obj")),
+        case(&rules::E0502, "needle", file(&placed(needle()))),
         case(&rules::E0123, "meta-records", with_entry(plane(), SectionKind::META, |e| e.elem_count = 3)),
         case(&rules::E0208, "names-of-nobody", names_of_nobody()),
         case(&rules::E0320, "no-names", put_together(header, nameless)),
@@ -669,6 +709,32 @@ fn cases() -> Vec<Invalid> {
 fn skewed_instance() -> Instance {
     let rows = [[1e4, 1e4, 0.0, 0.0], [1e4, f64::from(1e4f32.next_up()), 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
     Instance { mesh: 0, transform: Affine { rows }, node: 0, name: String::new() }
+}
+
+/// A matrix of which `f64` cannot tell the inverse: its rows differ in their last bits, and the determinant is 2⁻⁴⁸.
+fn needle() -> Instance {
+    let u = f64::from(1f32.next_down());
+    let rows = [[1.0, 1.0, 1.0, 0.0], [1.0, u, 1.0, 0.0], [1.0, 1.0, u, 0.0]];
+    Instance { mesh: 0, transform: Affine { rows }, node: 0, name: String::new() }
+}
+
+/// Fit inner nodes to their children.
+fn refit(nodes: &mut [Node]) {
+    for n in (0..nodes.len()).rev().filter(|n| *n != 1) {
+        let first = nodes[n].first as usize;
+        if !nodes[n].is_leaf() {
+            let bounds = nodes[first].bounds().union(nodes[first + 1].bounds());
+            (nodes[n].min, nodes[n].max) = (bounds.min, bounds.max);
+        }
+    }
+}
+
+/// Let a leaf reach further to where its sibling ends.
+pub(super) fn loosen(nodes: &mut [Node]) {
+    let wanted = (2..nodes.len()).flat_map(|n| (0..3).map(move |axis| (n, axis)));
+    let small = |(n, axis): &(usize, usize)| nodes[*n].is_leaf() && nodes[*n].max[*axis] < nodes[*n ^ 1].max[*axis];
+    let (leaf, axis) = wanted.into_iter().find(small).unwrap();
+    nodes[leaf].max[axis] = nodes[leaf].max[axis].next_up();
 }
 
 /// Triangles of [`bomb`].
@@ -720,9 +786,9 @@ fn square_inside() -> Image {
         Node::inner(all, 2),
         zero_node(),
         Node::leaf(flat([0.0, 0.0], [0.5, 4.0]), 0, 1),
-        Node::inner(all, 4),
+        Node::inner(flat([0.5, 0.0], [4.0, 4.0]), 4),
         Node::leaf(flat([0.501, 0.0], [4.0, 3.499]), 1, 1),
-        Node::inner(all, 6),
+        Node::inner(flat([0.5, 0.0], [0.501, 4.0]), 6),
         Node::leaf(flat([0.5, 0.0], [0.501, 0.5]), 2, 1),
         Node::leaf(flat([0.5, 0.501], [0.501, 4.0]), 3, 1),
     ];

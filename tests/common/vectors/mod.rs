@@ -5,6 +5,7 @@
 //! `format-spec/vectors`; `tests/vectors.rs` holds what is committed there against what is made here.
 #![allow(dead_code)]
 
+pub mod branches;
 pub mod bytes;
 pub mod compact;
 pub mod invalid;

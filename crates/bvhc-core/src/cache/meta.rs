@@ -52,12 +52,11 @@ pub struct Dependency {
 }
 
 impl Dependency {
-    /// Whether the name is an absolute path on any system, which it must not be: `/a`, and `C:/a` or `C:\a`.
+    /// Whether the name leads elsewhere than below the model's folder on some system, which it must not: it starts with `/` or with a drive, a
+    /// letter and `:`, or has a `\`, which is a separator on Windows.
     pub fn is_absolute(&self) -> bool {
-        let drive =
-            |(drive, _): &(&str, &str)| drive.len() == 1 && drive.starts_with(|c: char| c.is_ascii_alphabetic());
-        let behind_drive = self.name.split_once(':').filter(drive).map(|(_, rest)| rest);
-        self.name.starts_with('/') || behind_drive.is_some_and(|rest| rest.starts_with(['/', '\\']))
+        let drive = |(drive, _): (&str, &str)| drive.len() == 1 && drive.starts_with(|c: char| c.is_ascii_alphabetic());
+        self.name.starts_with('/') || self.name.contains('\\') || self.name.split_once(':').is_some_and(drive)
     }
 
     /// The model itself.
@@ -75,6 +74,17 @@ impl Meta {
     /// The build key that follows from this META.
     pub fn build_key(&self) -> [u8; 32] {
         self.recipe().build_key(self.dependencies.iter().map(InputHash::from))
+    }
+
+    /// An option or a count that has the name of another, which none may: what it is, and its name.
+    pub fn repeated(&self) -> Option<(&'static str, &str)> {
+        fn repeated<T>(pairs: &[(String, T)]) -> Option<&str> {
+            let mut names: Vec<&str> = pairs.iter().map(|(name, _)| name.as_str()).collect();
+            names.sort_unstable();
+            names.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0])
+        }
+        let option = repeated(&self.options).map(|name| ("option", name));
+        option.or_else(|| repeated(&self.read_counts).map(|name| ("count", name)))
     }
 
     /// The section's bytes.
@@ -110,6 +120,9 @@ impl Meta {
         let dependency = |(role, name, len, blake3)| Dependency { role, name, len, blake3 };
         let dependencies = dependencies.into_iter().map(dependency).collect();
         let meta = Meta { tool, tool_version, method, builder_revision, options, dependencies, read_counts, notes };
+        if let Some((what, name)) = meta.repeated() {
+            return Err(fault(&format!("it must name each {what} once"), format!("it names {name:?} again")));
+        }
         match meta.encode() {
             Ok(again) if again == bytes => Ok(meta),
             Ok(_) => Err(fault("it must be in its one encoding", "it is in another".into())),

@@ -64,6 +64,47 @@ impl Affine {
         self.determinant() < -8.0 * f64::EPSILON * terms
     }
 
+    /// The cofactor of an entry of the linear part, and the sum of its two products' magnitudes.
+    #[inline]
+    pub(crate) fn cofactor(&self, row: usize, column: usize) -> (f64, f64) {
+        let m = &self.rows;
+        let ([r0, r1], [c0, c1]) = ([(row + 1) % 3, (row + 2) % 3], [(column + 1) % 3, (column + 2) % 3]);
+        let (p, q) = (m[r0][c0] * m[r1][c1], m[r0][c1] * m[r1][c0]);
+        (p - q, p.abs() + q.abs())
+    }
+
+    /// The determinant by the cofactors of the first row, and the magnitudes of what it is summed from: (`det`, `terms`) of SPEC 5.5.
+    #[inline]
+    pub(crate) fn determinant_and_terms(&self) -> (f64, f64) {
+        let (mut det, mut terms) = (0.0, 0.0);
+        for (c, entry) in self.rows[0].iter().take(3).enumerate() {
+            let (value, magnitude) = self.cofactor(0, c);
+            det += entry * value;
+            terms += (entry * magnitude).abs();
+        }
+        (det, terms)
+    }
+
+    /// What rounding can add to or take from a determinant, as a fraction of the magnitudes that it is summed from. Products of two `f32` are
+    /// exact in `f64`; what follows rounds a few times, by 2⁻⁵³ each.
+    pub(crate) const LOST: f64 = 1.0 / (1u64 << 48) as f64;
+
+    /// Whether `f64` can tell the inverse of the linear part of a matrix of `f32`: its determinant is more than what rounding may make of it. A
+    /// file holds no other (SPEC 5.5). So a matrix is asked as [`Affine::to_f32`] rounds it.
+    #[inline]
+    pub fn is_invertible_in_f64(&self) -> bool {
+        let (det, terms) = self.determinant_and_terms();
+        det.abs() > terms * Affine::LOST
+    }
+
+    /// Whether a file can hold an instance that this map places: it has an inverse, and so has the matrix that [`Affine::to_f32`] makes of it, with
+    /// finite entries, and one that `f64` can tell.
+    pub fn is_storable(&self) -> bool {
+        let stored = Affine::from_f32(&self.to_f32());
+        let is_finite = |inverse: Affine| inverse.to_f32().iter().all(|entry| entry.is_finite());
+        self.inverse().is_some() && stored.is_invertible_in_f64() && stored.inverse().is_some_and(is_finite)
+    }
+
     /// The inverse map, or `None` when the matrix is singular or not finite.
     #[inline]
     pub fn inverse(&self) -> Option<Affine> {
@@ -203,6 +244,23 @@ mod tests {
             thin[0][0] = 1e-9;
             assert!(!scaled(thin).mirrors(), "{step}");
         }
+    }
+
+    #[test]
+    fn an_inverse_that_cancels_away_is_not_told() {
+        assert!(Affine::IDENTITY.is_invertible_in_f64() && skewed().is_invertible_in_f64());
+        for scale in [1e-38, 1e-20, 1e12] {
+            let rows = skewed().rows.map(|row| row.map(|entry| entry * scale));
+            assert!(Affine { rows }.is_invertible_in_f64(), "{scale}");
+        }
+        // Rows that differ in their last bits: the exact determinant is 2⁻⁴⁸, and the terms that cancel in it sum up to nearly 6.
+        let u = f64::from(1f32.next_down());
+        let rows = [[1.0, 1.0, 1.0, 0.0], [1.0, u, 1.0, 0.0], [1.0, 1.0, u, 0.0]];
+        let needle = Affine { rows };
+        assert!(needle.inverse().is_some() && !needle.is_invertible_in_f64() && !needle.is_storable());
+        assert!(skewed().is_storable());
+        let nan = Affine { rows: [[f64::NAN; 4]; 3] };
+        assert!(!nan.is_invertible_in_f64() && !Affine { rows: [[0.0; 4]; 3] }.is_invertible_in_f64());
     }
 
     #[test]

@@ -48,6 +48,19 @@ fn a_scale_of_zero_along_one_axis_leaves_a_flat_image_and_along_all_nothing() {
     assert_eq!((part(0), part(1), part(2)), ((0, None), (0, Some(0)), (0, Some(3))));
 }
 
+/// Its rows differ in their last bits, so that no ray could be taken into the mesh: the determinant cancels away.
+#[test]
+fn a_transform_whose_inverse_cannot_be_told_leaves_a_flat_image() {
+    let u = f64::from(1f32.next_down());
+    let scene = read_json(&edited(|d| {
+        d["nodes"] = json!([{ "mesh": 0, "matrix": [1, 1, 1, 0, 1, u, 1, 0, 1, 1, u, 0, 0, 0, 5, 1] }, { "mesh": 0 }]);
+    }));
+    let shown: Vec<_> = scene.instances.iter().map(|i| (i.node, i.mesh, i.transform)).collect();
+    assert_eq!(shown, [(0, 1, Affine::IDENTITY), (1, 0, Affine::IDENTITY)]);
+    assert_eq!(scene.meshes[1].corners(0), [[0.0, 0.0, 5.0], [1.0, 1.0, 6.0], [2.0, 1.0 + u as f32, 7.0]]);
+    assert_eq!(scene.meshes[1].parts[0].baked_node, Some(0));
+}
+
 #[test]
 fn the_policy_for_triangles_without_area_holds_for_what_is_flattened() {
     let document = edited(|d| {

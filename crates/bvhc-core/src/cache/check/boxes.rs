@@ -1,6 +1,6 @@
 use super::topology::TreePlace;
 use crate::cache::report::{Place, Report};
-use crate::cache::rules;
+use crate::cache::rules::{self, Rule};
 use crate::exec::Executor;
 use crate::geom::Aabb;
 use crate::layout::{GeomRecord, MAX_LEAF, Node, SectionKind, TriangleRecord};
@@ -24,6 +24,11 @@ pub struct Items<'a> {
 }
 
 impl Items<'_> {
+    /// What a box that is larger than what it holds breaks in this tree.
+    fn loose(&self) -> &'static Rule {
+        if self.split { &rules::E0434 } else { &rules::E0428 }
+    }
+
     pub fn place(&self, slot: usize) -> Place {
         Place { tree: Some((self.tree, slot as u64)), ..Place::record(SectionKind::TRIS, self.start + slot as u64) }
     }
@@ -43,13 +48,13 @@ pub fn check(
 ) -> Report {
     let mut out = Report::new(max_issues);
     let in_leaves = items.filter(|_| tiled);
-    let refits = items.is_some_and(|items| !items.split);
+    let loose = items.map_or(&rules::E0508, |items| items.loose());
     let chunks = exec.map_range(nodes.len().div_ceil(CHUNK), |c| {
         let mut part = Report::new(max_issues);
         let end = ((c + 1) * CHUNK).min(nodes.len());
         for i in c * CHUNK..end {
             if i != 1 {
-                check_node(nodes, i, in_leaves, refits, at, &mut part);
+                check_node(nodes, i, in_leaves, loose, at, &mut part);
             }
         }
         part
@@ -71,7 +76,14 @@ pub fn check(
     out
 }
 
-fn check_node(nodes: &[Node], i: usize, items: Option<Items<'_>>, refits: bool, at: TreePlace, out: &mut Report) {
+fn check_node(
+    nodes: &[Node],
+    i: usize,
+    items: Option<Items<'_>>,
+    loose: &'static Rule,
+    at: TreePlace,
+    out: &mut Report,
+) {
     let node = &nodes[i];
     let bounds = node.bounds();
     if !bounds.is_valid() {
@@ -98,9 +110,7 @@ fn check_node(nodes: &[Node], i: usize, items: Option<Items<'_>>, refits: bool, 
                 out.add(&rules::E0411, at.node(child), || (show(&bounds), show(&inner)));
             }
         }
-        if refits {
-            check_tight(&bounds, &below, at.node(i), out);
-        }
+        check_tight(loose, &bounds, &below, at.node(i), out);
         return;
     }
     let Some(items) = items else { return };
@@ -119,25 +129,28 @@ fn check_node(nodes: &[Node], i: usize, items: Option<Items<'_>>, refits: bool, 
         if bounds.contains(&inner) {
             continue;
         }
-        below = below.union(bounds);
-        let whole = !items.split || triangle.flags & TriangleRecord::DUPLICATED == 0;
-        if whole {
-            out.add(&rules::E0419, items.place(slot), || (show(&bounds), show(&inner)));
+        // A leaf need not hold the whole of a copy, and may reach as far as the whole does.
+        let rule = if !items.split || triangle.flags & TriangleRecord::DUPLICATED == 0 {
+            &rules::E0419
         } else if bounds.intersection(inner).is_empty() {
-            out.add(&rules::E0420, items.place(slot), || (show(&bounds), show(&inner)));
-        }
+            &rules::E0420
+        } else {
+            continue;
+        };
+        below = below.union(bounds);
+        out.add(rule, items.place(slot), || (show(&bounds), show(&inner)));
     }
     if items.split {
         check_repeats(triangles, first, &items, out);
-    } else {
-        check_tight(&bounds, &below, at.node(i), out);
     }
+    check_tight(loose, &bounds, &below, at.node(i), out);
 }
 
 /// A box is no larger than what it holds. `below` reaches beyond it where that has been told already.
-fn check_tight(bounds: &Aabb, below: &Aabb, place: Place, out: &mut Report) {
+#[inline]
+pub fn check_tight(rule: &'static Rule, bounds: &Aabb, below: &Aabb, place: Place, out: &mut Report) {
     if !below.contains(bounds) {
-        out.add(&rules::E0428, place, || (show(below), show(bounds)));
+        out.add(rule, place, || (show(below), show(bounds)));
     }
 }
 

@@ -29,7 +29,9 @@ pub fn check_records(view: &View<'_>, flags: u32, header: Option<&Header>, limit
     }
 
     if flags & tree_flags::TWO_LEVEL != 0 {
-        let top_depth = check_top(view, limits, &mut out, exec);
+        // A frame of a sequence is asked what the sequence is, and there nothing is said of nodes.
+        let baked = header.map_or_else(Vec::new, |_| instances::baked_nodes(view.geoms, view.blases.len()));
+        let top_depth = check_top(view, &baked, limits, &mut out, exec);
         depth = depth.zip(top_depth).map(|(a, b)| a.max(b));
         instances::check_used(view.instances.iter(), view.blases.len(), SectionKind::BLAS, &mut out);
     }
@@ -40,7 +42,15 @@ pub fn check_records(view: &View<'_>, flags: u32, header: Option<&Header>, limit
 }
 
 /// Look at the top level; the depth of its tree, if that can be told.
-pub fn check_top(view: &View<'_>, limits: &Limits, out: &mut Report, exec: &Executor) -> Option<u32> {
+///
+/// `baked`: the [`instances::baked_nodes`] of the trees, or nothing where they are not asked.
+pub fn check_top(
+    view: &View<'_>,
+    baked: &[Option<(u32, u32)>],
+    limits: &Limits,
+    out: &mut Report,
+    exec: &Executor,
+) -> Option<u32> {
     let at = TreePlace { kind: SectionKind::TNOD, tree: None, start: 0 };
     let (nodes, count) = (view.tlas_nodes, view.instances.len());
     if nodes.len() % 2 != 0 || nodes.is_empty() != (count == 0) {
@@ -49,7 +59,7 @@ pub fn check_top(view: &View<'_>, limits: &Limits, out: &mut Report, exec: &Exec
     }
     let shape = topology::walk(nodes, count as u64, at, out);
     out.append(boxes::check(nodes, None, shape.tiled, at, limits.max_issues, exec));
-    instances::check(view, out);
+    instances::check(view, baked, out);
     instances::check_leaves(view, shape.tiled, at, out);
     shape.depth
 }

@@ -5,7 +5,7 @@ use crate::cache::container::Sink;
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::geom::Aabb;
-use crate::layout::{BlasRecord, GeomRecord, Header, MAX_LEAF, SectionKind, View, tree_flags};
+use crate::layout::{BlasRecord, GeomRecord, Header, MAX_LEAF, NO_NODE, SectionKind, View, tree_flags};
 
 /// A tree's records, as far as its row in `BLAS` could be followed.
 #[derive(Clone, Copy)]
@@ -117,7 +117,45 @@ fn geom_ranges(view: &View<'_>, out: &mut Report) -> Vec<(u32, u32)> {
         }
         ranges[tree] = (row as u32, i as u32 + 1);
     }
+    check_numbers(view.geoms, &ranges, out);
     ranges
+}
+
+/// In each tree: parts of one mesh have no triangle's number in common and stand one behind the other, and what is said of one part in several rows,
+/// each for another node, is the same.
+fn check_numbers(geoms: &[GeomRecord], ranges: &[(u32, u32)], out: &mut Report) {
+    let mut rows: Vec<u32> = Vec::new(); // of one tree at a time
+    for (tree, (low, high)) in ranges.iter().enumerate() {
+        let of_tree = |row: &u32| geoms[*row as usize].blas as usize == tree;
+        rows.clear();
+        rows.extend((*low..*high).filter(of_tree));
+        rows.sort_unstable_by_key(|row| {
+            let g = &geoms[*row as usize];
+            (g.source_mesh, g.source_part, g.baked_node, *row)
+        });
+        for pair in rows.windows(2) {
+            let [a, b] = [pair[0], pair[1]].map(|row| &geoms[row as usize]);
+            if a.source_mesh != b.source_mesh {
+                continue;
+            }
+            let (place, of) = (Place::record(SectionKind::GEOM, pair[1].into()), |g: &GeomRecord| {
+                format!("part {} of mesh {}", g.source_part, g.source_mesh)
+            });
+            let end = u64::from(a.first_prim) + u64::from(a.prim_count);
+            if a.source_part != b.source_part {
+                if end > u64::from(b.first_prim) {
+                    let expected = format!("start at {end} or behind, where {} ends", of(a));
+                    out.add(&rules::E0328, place, || (expected, format!("{} starts at {}", of(b), b.first_prim)));
+                }
+            } else if (a.first_prim, a.prim_count, a.name_hash) != (b.first_prim, b.prim_count, b.name_hash) {
+                let expected = format!("have the numbers and the name that row {} gives it", pair[0]);
+                out.add(&rules::E0328, place, || (expected, format!("{} has others", of(b))));
+            } else if a.baked_node == NO_NODE {
+                let expected = format!("name a node, or stand in row {} alone", pair[0]);
+                out.add(&rules::E0328, place, || (expected, format!("{} does not", of(b))));
+            }
+        }
+    }
 }
 
 fn check_geom(geom: &GeomRecord, place: Place, out: &mut Report) {

@@ -1,13 +1,24 @@
-use super::boxes::show;
+use super::boxes::{check_tight, show};
 use super::identity::Bits;
 use super::topology::TreePlace;
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::geom::{Aabb, Affine};
-use crate::layout::{InstanceRecord, SectionKind, View, orientation};
+use crate::layout::{GeomRecord, InstanceRecord, NO_NODE, SectionKind, View, orientation};
 
-/// Check each instance by itself, and the instances against each other and the trees.
-pub fn check(view: &View<'_>, out: &mut Report) {
+/// For each tree the lowest and the highest of the nodes whose transforms its parts say were baked into them; `None` where none says so.
+pub fn baked_nodes(geoms: &[GeomRecord], trees: usize) -> Vec<Option<(u32, u32)>> {
+    let mut nodes: Vec<Option<(u32, u32)>> = vec![None; trees]; // as many as there are rows in memory
+    for geom in geoms.iter().filter(|geom| geom.baked_node != NO_NODE) {
+        let Some(of_tree) = nodes.get_mut(geom.blas as usize) else { continue };
+        let (low, high) = of_tree.unwrap_or((geom.baked_node, geom.baked_node));
+        *of_tree = Some((low.min(geom.baked_node), high.max(geom.baked_node)));
+    }
+    nodes
+}
+
+/// Check each instance by itself, and the instances against each other and the trees, of which `baked` are the [`baked_nodes`].
+pub fn check(view: &View<'_>, baked: &[Option<(u32, u32)>], out: &mut Report) {
     let count = view.instances.len() as u64;
     let Some(mut ids) = Bits::new(count) else {
         out.starve(Place::section(SectionKind::INST), "Whether the instances have different numbers");
@@ -18,6 +29,18 @@ pub fn check(view: &View<'_>, out: &mut Report) {
         check_matrices(instance, place, out);
         if instance.reserved != [0; 3] {
             out.add(&rules::E0506, place, || ("zero".into(), format!("they are {:?}", instance.reserved)));
+        }
+
+        if instance.mask == 0 {
+            out.add(&rules::W0503, place, || ("one bit at least".into(), "0".into()));
+        }
+
+        let of_parts = baked.get(instance.blas as usize).copied().flatten();
+        if let Some((low, high)) = of_parts.filter(|_| instance.node != NO_NODE)
+            && (low, high) != (instance.node, instance.node)
+        {
+            let named = if low == high { low.to_string() } else { format!("none, for those from {low} to {high}") };
+            out.add(&rules::E0509, place, || (named, instance.node.to_string()));
         }
 
         // Each number below the count stands there once.
@@ -76,6 +99,12 @@ fn check_matrices(instance: &InstanceRecord, place: Place, out: &mut Report) {
     if orientation(&instance.object_to_world).is_eq() {
         out.add(&rules::E0502, place, || {
             ("object_to_world must have an inverse".into(), "its determinant is 0".into())
+        });
+    } else if !to_world.is_invertible_in_f64() {
+        out.add(&rules::E0502, place, || {
+            let (det, terms) = to_world.determinant_and_terms();
+            let expected = format!("the determinant of object_to_world must be more than {:e}", terms * Affine::LOST);
+            (expected, format!("it is {det:e}, as good as 0 in f64"))
         });
     } else if let Some(Off { row, column, error, allowed }) = worst_product(&to_world, &to_object) {
         out.add(&rules::E0502, place, || {
@@ -146,36 +175,20 @@ fn worst_product(to_world: &Affine, to_object: &Affine) -> Option<Off> {
 /// The inverse in `f64` is itself off where the determinant cancels. By how much follows from the magnitudes of the products that it and the
 /// cofactors are made of: each product of `f32` is exact, and each sum rounds once.
 fn worst_entry(to_world: &Affine, to_object: &Affine) -> Option<Off> {
-    const LOST: f64 = 1.0 / (1u64 << 48) as f64;
     let m = &to_world.rows;
-    // The cofactor of row r, column c, and the magnitude of its terms.
-    let cofactor = |r: usize, c: usize| {
-        let ([r0, r1], [c0, c1]) = ([(r + 1) % 3, (r + 2) % 3], [(c + 1) % 3, (c + 2) % 3]);
-        let (p, q) = (m[r0][c0] * m[r1][c1], m[r0][c1] * m[r1][c0]);
-        (p - q, p.abs() + q.abs())
-    };
-    let (mut det, mut terms) = (0.0, 0.0);
-    for c in 0..3 {
-        let (value, magnitude) = cofactor(0, c);
-        det += m[0][c] * value;
-        terms += (m[0][c] * magnitude).abs();
-    }
-    // As good as singular in f64: the product is all that can be asked.
-    if !(det.abs() > terms * LOST) {
-        return None;
-    }
+    let (det, terms) = to_world.determinant_and_terms();
     let subnormal = f64::from(f32::from_bits(1));
     let mut worst = None;
     for r in 0..3 {
         let (mut moved, mut lost_moved) = (0.0, 0.0);
         for c in 0..3 {
-            let (value, magnitude) = cofactor(c, r);
+            let (value, magnitude) = to_world.cofactor(c, r);
             let entry = value / det;
-            let lost = LOST * (magnitude + entry.abs() * terms) / det.abs();
+            let lost = Affine::LOST * (magnitude + entry.abs() * terms) / det.abs();
             let allowed = entry.abs() * RELATIVE + lost + subnormal;
             worst = Off::worse(worst, r, c, (to_object.rows[r][c] - entry).abs(), allowed);
             moved -= entry * m[c][3];
-            lost_moved += (lost + LOST * entry.abs()) * m[c][3].abs();
+            lost_moved += (lost + Affine::LOST * entry.abs()) * m[c][3].abs();
         }
         let allowed = moved.abs() * RELATIVE + lost_moved + subnormal;
         worst = Off::worse(worst, r, 3, (to_object.rows[r][3] - moved).abs(), allowed);
@@ -183,7 +196,8 @@ fn worst_entry(to_world: &Affine, to_object: &Affine) -> Option<Off> {
     worst
 }
 
-/// Each leaf of the top level contains the world box of its instances, rounded outward as [`Affine::transform_box`] does.
+/// Each leaf of the top level contains the world box of its instances, rounded outward as [`Affine::transform_box`] does, and is no larger than
+/// these boxes together. The box of an empty tree is zero: of its instance a leaf may hold the place, and need not.
 ///
 /// `tiled`: the leaves are known to tile the instances.
 pub fn check_leaves(view: &View<'_>, tiled: bool, at: TreePlace, out: &mut Report) {
@@ -192,21 +206,29 @@ pub fn check_leaves(view: &View<'_>, tiled: bool, at: TreePlace, out: &mut Repor
         return;
     }
     for (i, node) in view.tlas_nodes.iter().enumerate().filter(|(i, n)| *i != 1 && n.is_leaf()) {
+        let bounds = node.bounds();
         let first = node.first as usize;
         let range = first..first.saturating_add(node.count as usize);
-        for (k, instance) in view.instances.get(range).unwrap_or_default().iter().enumerate() {
-            let Some(blas) = view.blases.get(instance.blas as usize).filter(|b| b.node_count > 0) else { continue };
-            let root = Aabb { min: blas.min, max: blas.max };
+        let Some(instances) = view.instances.get(range).filter(|_| bounds.is_valid()) else { continue };
+        let mut below = Aabb::EMPTY;
+        for (k, instance) in instances.iter().enumerate() {
+            let blas = view.blases.get(instance.blas as usize);
+            let root = blas.map(|b| Aabb { min: b.min, max: b.max });
             let finite = instance.object_to_world.iter().all(|v| v.is_finite());
-            if !finite || !root.is_valid() || !node.bounds().is_valid() {
+            let Some(root) = root.filter(|root| finite && root.is_valid()) else {
+                // It is told of by another rule.
+                below = below.union(bounds);
                 continue;
-            }
+            };
             let world = Affine::from_f32(&instance.object_to_world).transform_box(&root);
-            if !node.bounds().contains(&world) {
+            below = below.union(world);
+            if !bounds.contains(&world) && blas.is_some_and(|b| b.node_count > 0) {
+                below = below.union(bounds);
                 let place = Place::record(SectionKind::INST, (first + k) as u64);
-                out.add(&rules::E0507, place, || (format!("{} ({})", show(&node.bounds()), at.node(i)), show(&world)));
+                out.add(&rules::E0507, place, || (format!("{} ({})", show(&bounds), at.node(i)), show(&world)));
             }
         }
+        check_tight(&rules::E0508, &bounds, &below, at.node(i), out);
     }
 }
 

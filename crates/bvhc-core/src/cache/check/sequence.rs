@@ -94,7 +94,7 @@ pub fn check<'a>(
     for (number, (tlas_nodes, instances)) in content.placements.iter().enumerate() {
         let view = View { nodes: &[], triangles: &[], geoms: &[], blases: &blases, tlas_nodes, instances };
         let mut part = Report::new(limits.max_issues);
-        let top = check_top(&view, limits, &mut part, exec);
+        let top = check_top(&view, &[], limits, &mut part, exec);
         depth = depth.zip(top).map(|(a, b)| a.max(b));
         part.findings.iter_mut().for_each(|finding| finding.place.ordinal = number as u16);
         out.append(part);

@@ -129,6 +129,17 @@ impl Rows<'_> {
                 });
                 out.breach(&rules::E0703, place, || (expected, format!("placement {}", frame.placement)))?;
             }
+            if let Some(before) = before.filter(|before| !follows(before, frame)) {
+                let timed = |frame: &FrameRecord| match frame.flags & FrameRecord::TIMED {
+                    0 => "no time".to_owned(),
+                    _ => format!("time {}", frame.time),
+                };
+                let expected = match timed(before) {
+                    time if before.flags & FrameRecord::TIMED == 0 => format!("{time}, like the one before"),
+                    time => format!("{time} or a later one"),
+                };
+                out.breach(&rules::W0702, place, || (expected, timed(frame)))?;
+            }
             before = Some(frame);
             match shown.get_mut(frame.placement as usize) {
                 Some(shown) => *shown = true,
@@ -167,6 +178,11 @@ impl Rows<'_> {
         }
         ControlFlow::Continue(())
     }
+}
+
+/// A frame has a time like the one before it, and none before that one's.
+fn follows(before: &FrameRecord, frame: &FrameRecord) -> bool {
+    (before.flags ^ frame.flags) & FrameRecord::TIMED == 0 && !(frame.time < before.time)
 }
 
 fn reserved(holds: bool, place: Place, out: &mut impl Sink) -> ControlFlow<()> {

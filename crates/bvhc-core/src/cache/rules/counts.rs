@@ -95,4 +95,8 @@ rules! {
         "the row must state {expected}, it states {actual}", "57-compact-trees",
         means "Two trees would share nodes, nodes would belong to none, or a stack of the stated size would overflow.",
         because FOREIGN_WRITER, remedy Rebuild;
+    E0328 "part-numbers", "parts of one mesh have numbers of triangles in common, or one part has different ones",
+        "the part must {expected}, but {actual}", "53-geom-64-bytes",
+        means "Two triangles lead to one triangle of the model: to its normals, its material and its name.",
+        because FOREIGN_WRITER, remedy Rebuild;
 }

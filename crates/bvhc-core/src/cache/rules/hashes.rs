@@ -35,7 +35,7 @@ rules! {
     E0208 "names-encoding", "the NAMS section cannot be cut into names",
         "{expected}, but {actual}", "7-nams",
         means "Traversal works, but parts cannot be named.", because FOREIGN_WRITER, remedy Rebuild;
-    E0209 "input-name", "META names an input by an absolute path",
+    E0209 "input-name", "META names an input by a path that is absolute on some system",
         "the name of input {expected} must be relative to the model's folder, it is {actual}", "6-meta",
         means "A tool that looks for the input would leave the model's folder, and the file depends on the machine that it was built on.",
         because FOREIGN_WRITER, remedy Rebuild;

@@ -26,6 +26,13 @@ rules! {
         "the leaf has {expected}, the transformed tree {actual}", "55-inst-128-bytes",
         means "Rays that miss the leaf's box would not find the instance: holes in the picture.",
         because FOREIGN_WRITER, remedy Rebuild;
+    E0508 "loose-top-box", "a box of the top level is larger than what it holds",
+        "the box must be {expected}, it is {actual}", "51-node-and-tnod-32-bytes",
+        means "Rays enter instances in vain, and a renderer that places cameras by the bounds of the scene would show nothing.",
+        because FOREIGN_WRITER, remedy Rebuild;
+    E0509 "instance-node", "an instance names another node than the parts of its tree",
+        "the node must be {expected}, it is {actual}", "55-inst-128-bytes",
+        means "A hit leads to two nodes of the model, and readers take the one or the other.", because FOREIGN_WRITER, remedy Rebuild;
     W0501 "empty-tree-instanced", "an instance places an empty tree",
         "a tree with {expected}, but tree {actual} has none", "55-inst-128-bytes",
         means "The instance costs a visit and can never be hit.",
@@ -34,4 +41,8 @@ rules! {
         "each tree has at least {expected} instance, tree {actual} has none", "55-inst-128-bytes",
         means "The tree takes space and can never be hit.",
         because "Another writer kept a mesh that the scene does not use.", remedy Rebuild;
+    W0503 "masked-instance", "no renderer that follows masks shows an instance",
+        "the mask should have {expected}, it is {actual}", "55-inst-128-bytes",
+        means "The instance takes space, and is hit by readers that do not follow masks alone.",
+        because "Another writer hid the instance in place of leaving it out.", remedy Rebuild;
 }

@@ -37,4 +37,8 @@ rules! {
     W0701 "unshown-placement", "no frame shows a placement",
         "each placement is shown by at least {expected} frame, placement {actual} by none", "56-sequences",
         means "It takes space and can never be hit.", because "Another writer kept what no frame needs.", remedy Rebuild;
+    W0702 "frame-times", "the times of frames fall, or only some frames have one",
+        "the frame should have {expected}, it has {actual}", "564-fram-32-bytes",
+        means "Whoever looks for the frame of a moment by halves finds a wrong one.",
+        because "Another writer, or a source with times out of order.", remedy Rebuild;
 }

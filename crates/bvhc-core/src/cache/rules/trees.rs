@@ -114,6 +114,10 @@ rules! {
     E0433 "compact-reference", "a reference of a compact tree is not the triangle that belongs there",
         "the reference must be {expected}, CREF states {actual}", "57-compact-trees",
         means "A ray would test other triangles than those in the box that it met.", because FOREIGN_WRITER, remedy Rebuild;
+    E0434 "loose-split-box", "a box of a tree with clipped boxes is larger than what it may hold",
+        "the box may be {expected}, it is {actual}", "51-node-and-tnod-32-bytes",
+        means "Rays visit the node in vain, in the worst case every ray every node, and the bounds of the scene are wrong.",
+        because FOREIGN_WRITER, remedy Rebuild;
     W0401 "negative-zero", "a position is minus zero",
         "a zero is written as {expected}, but {actual}", "52-tris-48-bytes",
         means "It traverses like plus zero, but equal scenes get different hashes.",

@@ -42,7 +42,7 @@ pub fn fraction(at: f64, start: f64, end: f64) -> Option<f32> {
     (low <= at && at <= high).then(|| if start == end { 0.0 } else { ((at - start) / (end - start)) as f32 })
 }
 
-/// Numbers ascend, but no rule says that times do: so every pair is asked.
+/// Numbers ascend. That times fall is a warning alone: so every pair is asked.
 fn moment(frames: &[FrameRecord], at: f64, place: impl Fn(&FrameRecord) -> Option<f64>) -> Option<Moment> {
     if let [alone] = frames {
         return (place(alone)? == at).then_some(Moment { first: 0, second: 0, fraction: 0.0 });
