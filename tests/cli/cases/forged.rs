@@ -34,8 +34,8 @@ const FORGED: [(&str, &[&str]); 11] = [
     ("nanbox", &["E0412"]),
     ("infbox", &["E0412"]),
     ("bomb2", &["E0311"]),
-    ("hole_small", &["E0425"]),
-    ("hole_big", &["E0425"]),
+    ("hole_small", &["E0425", "E0434"]),
+    ("hole_big", &["E0425", "E0434"]),
 ];
 
 #[test]
