@@ -212,6 +212,9 @@ fn more_parts_than_the_leaves_have_room_for_are_not_written() {
         let nodes = [Node::leaf(Aabb::from_points(&points), 0, 1), bytemuck::Zeroable::zeroed()];
         let mut geoms: Vec<GeomRecord> = vec![bytemuck::Zeroable::zeroed(); parts];
         (geoms[0].prim_count, geoms[0].kept_count) = (1, 1);
+        for (number, geom) in (1..).zip(&mut geoms[1..]) {
+            (geom.source_part, geom.first_prim) = (number, 1);
+        }
         let corner = IndexedTriangleRecord { corners: [0, 1, 2], prim: 0, geom: 0, flags: 0 };
         let parts = Parts { geoms: &geoms, names: &[], materials: &[], sides: &[], vertices: &[] };
         let topology = writer.topology(&nodes, 3, [corner], &parts);

@@ -81,7 +81,7 @@ fn small_parts_that_come_to_nothing_are_told() {
         };
         (points, (0..cells * cells).flat_map(cell))
     };
-    let ((ground, coarse), (patch, fine)) = (sheet(70, 100.0, 0), sheet(8, 0.6, 71 * 71));
+    let ((ground, coarse), (patch, fine)) = (sheet(70, 100.0, 0), sheet(8, 0.25, 71 * 71));
     let mesh = Mesh::new("ground", ground.chain(patch).collect(), coarse.chain(fine).collect()).expect("a mesh");
     let scene = moved(&Scene::of_mesh(mesh), [500_123.26, 7.7, -4_649_776.77]);
     let flat = placed(&build(&scene, Levels::One).view(), &scene, &Executor::sequential());
