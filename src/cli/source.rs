@@ -1,13 +1,14 @@
 //! The model that a file is compared with (`--source`), and how it is read: as the file's META says, or else as flags say.
 
 use super::Context;
+use super::caches;
 use super::exit::Exit;
 use super::failure::Failure;
 use super::names;
 use super::reading::{ModelReading, choice};
 use crate::build::{BuildOptions, Levels, Named};
 use crate::cache::Meta;
-use crate::scene::{Degenerate, ReadOptions, Scene};
+use crate::scene::{self, Degenerate, ReadOptions, Scene};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -108,8 +109,16 @@ fn recorded(meta: &Meta) -> (ReadOptions, BuildOptions) {
     (ReadOptions::recorded(options), build)
 }
 
-/// Say of a model that a file is compared with what its grid cost.
-pub fn tell_grid(model: &Path, scene: &Scene, context: &Context) {
+/// Read a model to compare a file with it, and say what its grid cost.
+pub fn read(model: &Path, read: &ReadOptions, build: &BuildOptions, context: &Context) -> Result<Scene, Failure> {
+    let scene = scene::read_with(model, read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
+    tell_grid(model, &scene, context);
+    // Laying out makes no duplicates.
+    caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
+    Ok(scene)
+}
+
+fn tell_grid(model: &Path, scene: &Scene, context: &Context) {
     let Some(loss) = scene.rounding.grid else { return };
     let share = 100.0 * loss.share;
     context.terminal.note(&format!(

@@ -93,22 +93,31 @@ impl Plan {
     /// [`Plan::TRACE_WORK`] by what the first few rays of every set take. Counted, not timed: the same on every machine.
     #[must_use]
     pub fn affordable(&self, view: &View<'_>, sampler: &Sampler<'_>, exec: &Executor) -> Plan {
-        let rays = self.first_few(sampler, exec);
-        let steps = exec.map_range(rays.len(), |i| {
+        let steps = |ray: &Ray| {
             let mut counters = Counters::default();
             // What cannot be walked is found and told by the run itself.
-            let _ = try_closest_hit(view, &rays[i], &mut counters);
-            counters.inner_nodes + counters.triangles
-        });
-        let cost = steps.into_iter().sum::<u64>() / (rays.len() as u64).max(1);
+            let _ = try_closest_hit(view, ray, &mut counters);
+            u128::from(counters.inner_nodes + counters.triangles)
+        };
+        // By the share of each set: rays from far away take a hundred times as long, and there are a hundredth as many.
+        let of_set = |set: usize| {
+            let rays = self.few_of(set, sampler, exec);
+            let all: u128 = exec.map_range(rays.len(), |i| steps(&rays[i])).into_iter().sum();
+            all * u128::from(self.rays_of(set)) / (rays.len() as u128).max(1)
+        };
+        let work = (0..self.sets.len()).map(of_set).sum::<u128>().max(1);
         let least = Self::LEAST * self.sets.len() as u64;
-        Plan { rays: self.rays.min((Self::TRACE_WORK / cost.max(1)).max(least)), ..self.clone() }
+        let affordable = u128::from(self.rays) * u128::from(Self::TRACE_WORK) / work;
+        Plan { rays: self.rays.min(u64::try_from(affordable).unwrap_or(u64::MAX).max(least)), ..self.clone() }
     }
 
     /// Some rays of every set.
     fn first_few(&self, sampler: &Sampler<'_>, exec: &Executor) -> Vec<Ray> {
-        let few = |set: usize| Batch { set, first: 0, count: self.rays_of(set).min(Self::LEAST) };
-        (0..self.sets.len()).flat_map(|set| self.rays_in(&few(set), sampler, exec)).collect()
+        (0..self.sets.len()).flat_map(|set| self.few_of(set, sampler, exec)).collect()
+    }
+
+    fn few_of(&self, set: usize, sampler: &Sampler<'_>, exec: &Executor) -> Vec<Ray> {
+        self.rays_in(&Batch { set, first: 0, count: self.rays_of(set).min(Self::LEAST) }, sampler, exec)
     }
 
     /// The share of `sets[set]`.

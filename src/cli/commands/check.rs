@@ -1,6 +1,5 @@
 //! `bvhc check`: the verdict on a file, with every finding.
 
-use crate::build::BuildOptions;
 use crate::cache::check::{Finding, Level, Limits, Report, Source, check_bytes};
 use crate::cache::{FileBytes, Head, rules, tree_flags};
 use crate::cli::Context;
@@ -13,7 +12,6 @@ use crate::cli::patterns;
 use crate::cli::source::{self, SourceReading, Stated};
 use crate::cli::terminal::Paint;
 use crate::compile;
-use crate::scene;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -137,11 +135,7 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
     let stated = Stated { meta: head.as_ref().and_then(|head| head.meta.as_ref()), two_levels };
     let mut first = None;
     for (read, build) in args.reading.ways(path, stated, context)? {
-        let scene =
-            scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
-        source::tell_grid(model, &scene, context);
-        // Laying out makes no duplicates.
-        caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
+        let scene = source::read(model, &read, &build, context)?;
         let inputs = scene.inputs.clone();
         let laid = compile::lay_out(scene, &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
         let source = Source { meshes: &laid.meshes, instances: laid.instances.as_deref(), inputs: &inputs };

@@ -43,8 +43,14 @@ pub fn level() -> Level {
 pub fn widest<R>(work: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
     if level() == Level::Avx2 {
+        // A closure that is large stays a function of its own otherwise, which is not translated for AVX2.
         // SAFETY: the only precondition is AVX2, and the processor was just asked for it.
-        return unsafe { super::avx2::run(|_| work()) };
+        return unsafe {
+            super::avx2::run(
+                #[inline(always)]
+                |_| work(),
+            )
+        };
     }
     work()
 }

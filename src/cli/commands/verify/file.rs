@@ -2,7 +2,6 @@
 
 use super::devices::{self, Bench};
 use super::{Frames, VerifyArgs};
-use crate::build::BuildOptions;
 use crate::cache::check::{Finding, Limits};
 use crate::cache::rules::{self, Severity};
 use crate::cache::{self, Cache, Codec, Image, Meta, OpenOptions, Sequence, Validation, WriteOptions};
@@ -15,7 +14,7 @@ use crate::cli::progress::Bar;
 use crate::cli::source::{self, Stated};
 use crate::compile::{self, LaidOut};
 use crate::geom::Affine;
-use crate::scene::{self, Instance, Scene};
+use crate::scene::{Instance, Scene};
 use crate::verify::{Compact, Cpu, Outcome, Placed, Plan, Subject, VerifyError, is_of_model, placed, scene_of_file};
 use std::path::{Path, PathBuf};
 
@@ -202,11 +201,7 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
     let stated = Stated { meta: cache.meta(), two_levels: !cache.view().tlas_nodes.is_empty() };
     let mut first = None;
     for (read, build) in args.reading.ways(path, stated, context)? {
-        let scene =
-            scene::read_with(model, &read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
-        source::tell_grid(model, &scene, context);
-        // Laying out makes no duplicates.
-        caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
+        let scene = source::read(model, &read, &build, context)?;
         let laid = compile::lay_out(scene.clone(), &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
         let laid = as_scene(laid);
         match is_of_model(&cache.view(), &laid) {
