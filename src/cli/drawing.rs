@@ -39,6 +39,17 @@ pub fn may_replace(path: &Path) -> Result<(), Failure> {
         .help("name another file, or remove this one"))
 }
 
+/// Refuse a name that says another kind of file than the one that is written; a name without an extension says nothing.
+pub fn suits(path: &Path, kinds: &[&str], help: &str) -> Result<(), Failure> {
+    let Some(extension) = path.extension().map(|e| e.to_string_lossy().to_lowercase()) else { return Ok(()) };
+    if kinds.contains(&extension.as_str()) {
+        return Ok(());
+    }
+    Err(Failure::new(Exit::Usage, format!("cannot write {}", names::path(path)))
+        .fact(format!("what is written is {}, whatever its name says", kinds[0].to_uppercase()))
+        .help(help))
+}
+
 /// Write a chart as SVG.
 pub fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
     let svg = chart.svg().map_err(|e| Failure::from_message(Exit::Internal, &e.to_string()))?;

@@ -189,8 +189,15 @@ fn warnings_are_errors_where_asked() {
     assert!(said.code == 10 && said.err.contains("left out 1 line and point primitive"), "{}", said.err);
     assert!(!place.path("out/a.bvhc").exists() && place.path("out/b.bvhc").exists());
     assert_eq!(place.run("build a.obj --warnings-as-errors -n").code, 4);
+    // What was built before is no better for being up to date.
+    place.ok("build a.obj b.obj");
+    assert!(place.ok("build b.obj --warnings-as-errors").out.contains("up to date"));
+    assert_eq!(place.run("build a.obj --warnings-as-errors").code, 4);
     place.write("f.1.obj", strip(3));
     place.write("f.2.obj", strip(3) + "l 1 2\n");
     assert_eq!(place.run("build f.%d.obj -o f.bvhc --warnings-as-errors").code, 4);
     assert!(!place.path("f.bvhc").exists());
+    place.ok("build f.%d.obj -o f.bvhc");
+    let said = place.run("build f.%d.obj -o f.bvhc --warnings-as-errors");
+    assert!(said.code == 4 && said.err.contains("1 skipped primitives"), "{}", said.err);
 }

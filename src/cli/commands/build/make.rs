@@ -13,6 +13,7 @@ use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::figures;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::outputs;
@@ -136,6 +137,24 @@ impl Workshop<'_> {
             build_key: written.header.build_key,
             inputs: inputs.into_iter().map(|i| i.path).filter(|_| job.bytes.is_none()).collect(),
         })
+    }
+
+    /// What was told when an output was built holds as long as it is up to date: where warnings are errors, a still model is read once more, and of a
+    /// sequence META has what was left out.
+    pub fn forgive_again(&self, job: &Job) -> Result<(), Failure> {
+        if !self.args.warnings_as_errors {
+            return Ok(());
+        }
+        if job.frames.is_none() {
+            return self.rehearse(job).map(drop);
+        }
+        let counts = caches::head(&job.output, self.context)?.meta.map_or_else(Vec::new, |meta| meta.read_counts);
+        let told = |(name, count): &(String, u64)| {
+            (*count > 0 && name != "unreferenced_positions")
+                .then(|| format!("{} {}", figures::count(*count), name.replace('_', " ")))
+        };
+        let told: Vec<String> = counts.iter().filter_map(told).collect();
+        self.forgive(&names::path(&job.output), &told)
     }
 
     /// Refuse a model of which something was told, where that is asked for.

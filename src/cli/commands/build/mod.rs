@@ -208,6 +208,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
     let name = names::path(&job.output);
     let reason = match verdict {
         Verdict::UpToDate { build_key, inputs } if !args.force => {
+            workshop.forgive_again(job)?;
             if !args.dry_run {
                 write_depfile(job, args, &inputs, &context.terminal)?;
                 if args.touch {

@@ -87,6 +87,14 @@ pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
         outputs::writable(output)?;
         drawing::may_replace(output)?;
     }
+    let kinds: [(&[&str], &str); 3] = [
+        (&["html", "htm"], "name it *.html; one picture is drawn by --svg FILE.svg"),
+        (&["svg"], "name it *.svg; a page is made by -o PAGE.html"),
+        (&["csv", "txt"], "name it *.csv"),
+    ];
+    for (output, (kinds, help)) in outputs.into_iter().zip(kinds) {
+        output.as_deref().map_or(Ok(()), |output| drawing::suits(output, kinds, help))?;
+    }
     apart(&outputs)?;
 
     // From here on a signal waits until what is measured is written. The mutex is held to the end, also while the document is printed.

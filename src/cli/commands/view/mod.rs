@@ -48,7 +48,10 @@ pub fn run(args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
             .fact("a picture goes to a file or to the terminal")
             .help("name a file with -o PICTURE.png, or take --html PAGE.html, --terminal or --tree"));
     }
-    args.output.as_deref().map_or(Ok(()), drawing::may_replace)?;
+    if let Some(output) = &args.output {
+        drawing::may_replace(output)?;
+        drawing::suits(output, &["png"], "name it *.png; a page for browsers is made by --html PAGE.html")?;
+    }
     match &args.files[..] {
         [first, second] => with_view(first, args, context, &mut |first| {
             with_view(second, args, context, &mut |second| picture(&[first, second], args, context))

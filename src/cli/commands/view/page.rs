@@ -19,6 +19,7 @@ const FILM: [usize; 2] = [1280, 800];
 
 pub fn run(output: &Path, args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
     drawing::may_replace(output)?;
+    drawing::suits(output, &["html", "htm"], "name it *.html; a picture is made by -o PICTURE.png")?;
     let (mut scenes, mut camera) = (Vec::new(), None);
     for path in &args.files {
         read(path, args, context, &mut scenes, &mut camera)?;
