@@ -26,6 +26,11 @@ const FIRST: usize = 512;
 
 /// Refuse to write over a file that is neither empty nor made by this program: it may be somebody's only copy.
 pub fn may_replace(path: &Path) -> Result<(), Failure> {
+    if path.as_os_str() == "-" {
+        return Err(Failure::new(Exit::Usage, "cannot write a report or a picture to standard output")
+            .fact("it is written into a file")
+            .help("name a file; one that is called - is ./-"));
+    }
     let is_ours = || -> std::io::Result<bool> {
         let mut first = Vec::new();
         std::fs::File::open(path)?.take(FIRST as u64).read_to_end(&mut first)?;

@@ -10,6 +10,8 @@ pub mod chart;
 #[cfg(feature = "cli")]
 pub(crate) mod file;
 pub mod frames;
+#[cfg(feature = "cli")]
+mod html;
 pub mod info;
 #[cfg(feature = "cli")]
 pub mod metrics;

@@ -59,7 +59,7 @@ fn the_page_holds_every_recipe_with_its_figures_and_asks_no_network() {
         "the page asks a network"
     );
     assert!(html.contains("prefers-color-scheme: dark") && html.contains("@media print"));
-    assert!(html.contains("bvhc chart roof.obj -o chart.html --recipe &#39;moved=--method sweep --reinsert 2&#39;"));
+    assert!(html.contains("bvhc chart roof.obj -o page.html --recipe &#39;moved=--method sweep --reinsert 2&#39;"));
     assert!(svg.starts_with("<!-- bvhc -->\n<svg"));
 }
 
@@ -164,7 +164,7 @@ fn only_its_own_outputs_are_written_over() {
         place.ok(&own);
         place.ok(&own);
     }
-    for args in ["-o page --svg page", "-o nowhere/page.html", "-o roof.obj"] {
+    for args in ["-o -", "-o page --svg page", "-o nowhere/page.html", "-o roof.obj"] {
         let said = place.run(&format!("chart roof.obj {QUICK} {args}"));
         assert!(said.code == 2 || said.code == 3, "{args}: {}", said.err);
     }
@@ -206,7 +206,7 @@ fn figures_are_printed_as_text_and_as_markdown() {
 #[test]
 fn an_interruption_writes_what_is_measured() {
     use std::process::{Command, Stdio};
-    use std::time::{Duration, Instant};
+    use std::time::Duration;
     let place = Place::new();
     place.write("big.obj", strip(60_000));
     let mut run = place.command();
@@ -224,18 +224,17 @@ fn an_interruption_writes_what_is_measured() {
         "--json",
     ]);
     let child = run.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // Some recipes are built by then, and not all rounds.
+    // Some recipes are built by then, and not all rounds, which take half an hour: a run that did not listen would end by its budget, and with 0.
     std::thread::sleep(Duration::from_secs(4));
-    let sent = Instant::now();
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let said = crate::said(child.wait_with_output().unwrap());
     assert_eq!(said.code, 130);
-    // A guard against measuring that does not listen, not a speed.
-    assert!(sent.elapsed() < Duration::from_secs(60), "{:?}", sent.elapsed());
-    // Nothing, where the machine was so slow that not one recipe was built.
-    if place.path("page.html").exists() {
-        let html = text(&place, "page.html");
-        assert!(html.contains("The run was interrupted") && html.ends_with("</html>\n"), "{html}");
-        assert_eq!((said.json()["interrupted"].as_bool(), said.json()["exit_code"].as_u64()), (Some(true), Some(130)));
+    if !place.path("page.html").exists() {
+        // The machine was so slow that not one recipe was built.
+        assert!(said.out.is_empty() && said.err.contains("interrupted"), "{}{}", said.out, said.err);
+        return;
     }
+    let html = text(&place, "page.html");
+    assert!(html.contains("The run was interrupted") && html.ends_with("</html>\n"), "{html}");
+    assert_eq!((said.json()["interrupted"].as_bool(), said.json()["exit_code"].as_u64()), (Some(true), Some(130)));
 }

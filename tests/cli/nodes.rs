@@ -79,6 +79,13 @@ fn verify_names_the_compact_trees_where_they_lose_hits() {
     let line = |name: &str| said.out.lines().find(|line| line.trim_start().starts_with(name)).map(str::to_owned);
     assert!(line("cpu ").is_some_and(|line| line.contains(" 0 mismatches")), "{}", said.out);
     assert!(line("compact8 ").is_some_and(|line| !line.contains(" 0 mismatches")), "{}", said.out);
+    // The command that it ends with shows the same of the one ray.
+    let replay = said.out.lines().find_map(|line| line.strip_prefix("help: bvhc ")).unwrap();
+    let said = place.run(&format!("{replay} --device cpu"));
+    let answer = |name: &str| said.out.lines().find(|line| line.starts_with(name)).map(str::to_owned);
+    assert_eq!(said.code, 1, "{replay}: {}{}", said.out, said.err);
+    assert!(answer("cpu ").is_some_and(|line| line.ends_with("right")), "{}", said.out);
+    assert!(answer("compact8 ").is_some_and(|line| line.contains("wrong")), "{}", said.out);
 }
 
 #[test]

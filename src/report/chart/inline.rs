@@ -3,6 +3,7 @@
 use super::labels::{Places, width};
 use super::scale::{Fit, short};
 use super::{COLOURS, Marker, Panel, Point, Series, front};
+use crate::report::html::escaped;
 use std::fmt::Write;
 
 /// Room of a panel at left, top, right and bottom of its plot, in pixels of its own size.
@@ -81,22 +82,6 @@ pub fn sign(marker: Marker, colour: Option<usize>) -> String {
     out.put(format_args!("<svg class=\"sign {class}\" viewBox=\"0 0 14 14\" aria-hidden=\"true\">"));
     out.marker(marker, [7.0, 7.0]);
     out.0 + "</svg>"
-}
-
-/// Foreign text as HTML, in elements and in attributes.
-pub fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            c => out.push(c),
-        }
-    }
-    out
 }
 
 #[derive(Default)]

@@ -2,8 +2,9 @@
 //!
 //! It asks no network, and says everything without its script, which shows a point's figures where the point is.
 
-use super::inline::{self, escaped};
+use super::inline;
 use super::{Chart, Marker, Panel, Point};
+use crate::report::html::{escaped, filled};
 use std::fmt::Write;
 
 /// What a page shows.
@@ -78,15 +79,7 @@ impl Page {
         let body: String = self.sections.iter().enumerate().map(|(i, section)| section.html(i)).collect();
         let parts = [("%TITLE%", &*title), ("%STYLE%", STYLE), ("%HEADING%", &title), ("%HEAD%", &head)];
         let parts = parts.into_iter().chain([("%SECTIONS%", &*body), ("%CODE%", CODE)]);
-        // The marks stand in this order, so that none is looked for in what was put in.
-        let (mut out, mut rest) = (String::new(), TEMPLATE);
-        for (mark, text) in parts {
-            if let Some((before, after)) = rest.split_once(mark) {
-                out.extend([before, text]);
-                rest = after;
-            }
-        }
-        out + rest
+        filled(TEMPLATE, parts)
     }
 }
 

@@ -9,6 +9,7 @@ mod pack;
 pub use below::Below;
 pub use pack::{Counts, MOST_BYTES, PackError, Packed, bytes_of, pack};
 
+use super::html::{escaped, filled};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
@@ -102,18 +103,10 @@ pub fn page(scenes: &[PageScene], together: Together, camera: Option<PageCamera>
             format!("<script type=\"text/plain\" id=\"data-{i}\">{}</script>\n", STANDARD.encode(&scene.data))
         })
         .collect();
-    let title = scenes.first().map_or("", |s| &s.name).replace('&', "&amp;").replace('<', "&lt;");
+    let title = escaped(scenes.first().map_or("", |s| &s.name));
     let code = code();
     let parts = [("%TITLE%", &*title), ("%STYLE%", STYLE), ("%HEAD%", &head), ("%DATA%", &data), ("%CODE%", &code)];
-    // The marks stand in this order, so that none is looked for in what was put in.
-    let (mut out, mut rest) = (String::new(), TEMPLATE);
-    for (mark, text) in parts {
-        if let Some((before, after)) = rest.split_once(mark) {
-            out.extend([before, text]);
-            rest = after;
-        }
-    }
-    out + rest
+    filled(TEMPLATE, parts)
 }
 
 /// The modules as one script.

@@ -235,7 +235,8 @@ fn together(title: String, sections: &[Section]) -> Chart {
 /// What to type to make the pictures of one model again, apart from its outputs.
 fn command(args: &ChartArgs, path: &Path) -> String {
     let mut words = vec!["bvhc".to_string(), "chart".into(), quoted(&path.to_string_lossy())];
-    words.extend(["-o".to_string(), "chart.html".into()]);
+    let output = args.output.as_ref().filter(|_| args.models.len() == 1);
+    words.extend(["-o".to_string(), output.map_or("chart.html".into(), |output| quoted(&output.to_string_lossy()))]);
     for given in &args.recipes {
         words.extend(["--recipe".to_string(), quoted(&given.typed)]);
     }

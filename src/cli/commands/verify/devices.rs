@@ -1,10 +1,11 @@
 //! Which devices are asked for, which there are, and opening them.
 
-use crate::cache::View;
+use crate::cache::{Cache, View};
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::{Context, advice};
-use crate::verify::{Device, DeviceError};
+use crate::exec::Executor;
+use crate::verify::{Compact, Device, DeviceError};
 
 #[cfg(feature = "opencl")]
 use crate::verify::{
@@ -86,9 +87,20 @@ impl Bench {
         Ok(Bench { contexts })
     }
 
-    /// Bring a file to every device.
-    pub fn devices<'a>(&'a self, view: View<'a>) -> Result<Vec<Box<dyn Device + 'a>>, DeviceError> {
+    fn opened<'a>(&'a self, view: View<'a>) -> Result<Vec<Box<dyn Device + 'a>>, DeviceError> {
         self.contexts.iter().map(|c| Ok(Box::new(OpenCl::new(c, view)?) as Box<dyn Device + 'a>)).collect()
+    }
+}
+
+impl Bench {
+    /// What is compared with the CPU: its traversal of the compact trees, where a file has them, and every device that is open.
+    pub fn devices<'a>(
+        &'a self,
+        cache: &'a Cache,
+        exec: &'a Executor,
+    ) -> Result<Vec<Box<dyn Device + 'a>>, DeviceError> {
+        let compact = cache.compact().map(|trees| Box::new(Compact::new(trees, exec)) as Box<dyn Device + 'a>);
+        Ok(compact.into_iter().chain(self.opened(cache.view())?).collect())
     }
 }
 
@@ -166,7 +178,7 @@ impl Bench {
         if required || named { Err(left_out()) } else { Ok(Bench {}) }
     }
 
-    pub fn devices<'a>(&'a self, _: View<'a>) -> Result<Vec<Box<dyn Device + 'a>>, DeviceError> {
+    fn opened<'a>(&'a self, _: View<'a>) -> Result<Vec<Box<dyn Device + 'a>>, DeviceError> {
         Ok(Vec::new())
     }
 }

@@ -15,7 +15,7 @@ use crate::cli::source::{self, Stated};
 use crate::compile::{self, LaidOut};
 use crate::geom::Affine;
 use crate::scene::{Instance, Scene};
-use crate::verify::{Compact, Cpu, Outcome, Placed, Plan, Subject, VerifyError, is_of_model, placed, scene_of_file};
+use crate::verify::{Cpu, Outcome, Placed, Plan, Subject, VerifyError, is_of_model, placed, scene_of_file};
 use std::path::{Path, PathBuf};
 
 /// A file with its verdict.
@@ -127,10 +127,7 @@ fn verify_opened(
     let Held { scene, placed } = scene_for(cache, path, args, context).map_err(told)?;
     let subject = Subject::new(cache.view(), &scene, &context.exec);
     let of_this_file = |failure: Failure| failure.fact(format!("the file is {}", names::path(path)));
-    let mut others = bench.devices(cache.view()).map_err(|e| of_this_file(devices::failure(&e)))?;
-    if let Some(trees) = cache.compact() {
-        others.insert(0, Box::new(Compact::new(trees, &context.exec)));
-    }
+    let mut others = bench.devices(cache, &context.exec).map_err(|e| of_this_file(devices::failure(&e)))?;
     let most = plan.rays;
     let plan = match args.rays {
         Some(_) => plan.clone(),

@@ -96,7 +96,7 @@ fn one(path: &Path, ray: &Ray, args: &VerifyArgs, bench: &Bench, context: &Conte
     let answer = subject.oracle.trace(ray);
     let log = replay(&view, ray);
     let mut devices = vec![of_cpu(&subject, &answer, &log)];
-    for mut device in bench.devices(view).map_err(|e| devices::failure(&e))? {
+    for mut device in bench.devices(&cache, &context.exec).map_err(|e| devices::failure(&e))? {
         let name = device.name().to_string();
         let closest = device.trace(&[*ray], Query::Closest);
         let any = device.trace(&[*ray], Query::Any);

@@ -198,7 +198,9 @@ fn told(m: &Mismatch, verified: &Verified, mismatches: u64) -> String {
         return text;
     }
     let source = verified.source.as_ref().map_or_else(String::new, |s| format!(" --source {}", names::path(s)));
-    let device = if m.device == "cpu" { String::new() } else { format!(" --device {}", m.device) };
+    // The CPU traces in any case, the compact trees of a file too.
+    let is_opened = m.device.starts_with("opencl");
+    let device = if is_opened { format!(" --device {}", m.device) } else { String::new() };
     text.push_str(&format!("help: bvhc verify {name}{source}{device} --ray {ray}\n"));
     text
 }
