@@ -142,6 +142,12 @@ impl EdgeRay {
 
     /// Where the ray's line crosses the triangle, edges and corners included. A triangle seen edge-on has no crossing.
     ///
+    /// Two conditions are asked. The origin of the sheared plane lies on one side of the three edges. And it lies within the rectangle around
+    /// the sheared corners, up to a margin of 2⁻⁴⁸ of the coordinates in play: a shear and its difference round by less than 2⁻⁵¹ of them, so
+    /// no ray that meets the triangle is lost by the second one. It is needed where a triangle is so thin that the products of an edge
+    /// function are rounded by more than the triangle is wide. All three signs are chance there, along the whole line of the
+    /// triangle, and only the rectangle ends it.
+    ///
     /// The distance is that of the triangle's plane: its normal is a difference of products that are exact in `f64`, so the distance
     /// is good for slivers too, where the ratio of the edge functions is not. Kept within the corners' depths, it stays
     /// sensible for planes that the ray nearly lies in. A distance of zero is always positive: which of two zeros a minimum is
@@ -162,6 +168,18 @@ impl EdgeRay {
         // One question instead of six, since no processor guesses signs. A triangle of no number has no crossing.
         let sum = u + v + w;
         if ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0)) | !(sum.abs() > 0.0) {
+            return None;
+        }
+
+        // The signs of a triangle that is thinner than their rounding say nothing of how far along it the ray passes.
+        let size = |p: &[f32; 3]| {
+            let distance = |k: usize| (f64::from(p[k]) - o[k]).abs();
+            distance(kx) + distance(ky) + distance(AXIS)
+        };
+        let largest = larger(larger(size(&triangle.v0), size(&triangle.v1)), size(&triangle.v2));
+        let margin = largest * d[AXIS].abs() * OUTLINE_MARGIN;
+        let outside = |a: f64, b: f64, c: f64| smaller(smaller(a, b), c) > margin || larger(larger(a, b), c) < -margin;
+        if outside(a.0, b.0, c.0) || outside(a.1, b.1, c.1) {
             return None;
         }
 
@@ -191,5 +209,45 @@ pub fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
+/// 2⁻⁴⁸.
+const OUTLINE_MARGIN: f64 = f64::from_bits((1023 - 48) << 52);
+
 /// 2⁻¹²⁰.
 const UNDERFLOW: f32 = f32::from_bits((127 - 120) << 23);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// Triangles around the z axis, 2⁻⁹⁰ of their length wide and all as good as one line to `f64`, and rays that cross the axis: before the
+    /// triangle, within it, or behind it. All three signs are chance.
+    #[test]
+    fn a_needle_is_hit_between_its_ends_alone() {
+        let mut random = Random::new(1);
+        let (mut within, mut beside) = (0, 0);
+        for _ in 0..40_000 {
+            let mut near = || (random.unit() * 2.0 - 1.0) as f32;
+            let depths = [near(), near(), near()];
+            let corners = depths.map(|z| [near() * 1e-27, near() * 1e-27, z]);
+            let mut triangle: TriangleRecord = bytemuck::Zeroable::zeroed();
+            [triangle.v0, triangle.v1, triangle.v2] = corners;
+            let (x, y, start, slope) = (near() * 0.1, near() * 0.1, near(), near());
+            let ray = EdgeRay::new([x, y, start].map(f64::from), [-x, -y, slope].map(f64::from));
+            let crossing = match ray.dominant {
+                0 => ray.crossing::<0>(&triangle),
+                1 => ray.crossing::<1>(&triangle),
+                _ => ray.crossing::<2>(&triangle),
+            };
+            let at = f64::from(start) + f64::from(slope);
+            let [low, high] = [f32::min, f32::max].map(|f| f64::from(depths.into_iter().reduce(f).unwrap()));
+            if low - 1e-12 <= at && at <= high + 1e-12 {
+                within += u32::from(crossing.is_some());
+            } else {
+                beside += 1;
+                assert!(crossing.is_none(), "{triangle:?} ends before {at}, {ray:?}");
+            }
+        }
+        assert!(within > 100 && beside > 1000, "{within} hits, {beside} rays past the ends");
+    }
+}

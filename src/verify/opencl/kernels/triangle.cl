@@ -200,6 +200,13 @@ static bool comes_first(Hit a, Hit b) {
 // Twice the area that the edge q p spans with the ray, seen along it.
 static real edge(Real3 p, Real3 q) { return minus(times(p.x, q.y), times(p.y, q.x)); }
 
+static real size(Real3 a) { return plus(plus(magnitude(a.x), magnitude(a.y)), magnitude(a.z)); }
+
+// Whether zero lies farther than the margin from the span of three numbers.
+static bool outside(real a, real b, real c, real margin) {
+    return less(margin, smaller(smaller(a, b), c)) || less(larger(larger(a, b), c), minus(real_of(0), margin));
+}
+
 // Test one triangle; true if the ray meets it within t_min and the best hit, which it then becomes where it comes
 // first.
 static bool triangle(const Scene *scene, const EdgeRay *ray, ulong slot, uint instance, float t_min, Best *best) {
@@ -228,6 +235,12 @@ static bool triangle(const Scene *scene, const EdgeRay *ray, ulong slot, uint in
         return false;
     real sum = plus(plus(u, v), w);
     if (!less(zero, magnitude(sum))) // Seen edge-on, or of no number.
+        return false;
+
+    // Thin triangles end where the rectangle around their corners ends.
+    real largest = larger(larger(size(a), size(b)), size(c));
+    real margin = times(times(largest, magnitude(d.z)), real_of(0x3CF0000000000000UL)); // 2^-48
+    if (outside(sa.x, sb.x, sc.x, margin) || outside(sa.y, sb.y, sc.y, margin))
         return false;
 
     // The distance of the triangle's plane, kept within the depths of its corners.
