@@ -20,9 +20,9 @@ impl Metric {
         (self.value)(report)
     }
 
-    /// The one of this name.
+    /// The one of this name, in whatever case.
     pub fn named(name: &str) -> Option<&'static Metric> {
-        METRICS.iter().find(|metric| metric.name == name)
+        METRICS.iter().find(|metric| metric.name.eq_ignore_ascii_case(name))
     }
 }
 

@@ -183,6 +183,8 @@ pub struct ReadReport {
     /// Lines, points and other things that a triangle hierarchy cannot hold: OBJ statements (`l`, `p`, curves, faces of fewer
     /// than three corners), glTF primitives (points, lines, and such without positions).
     pub skipped_primitives: u64,
+    /// Those of `skipped_primitives` that are OBJ faces of fewer than three corners: of text that was cut off, or of a faulty exporter.
+    pub short_faces: u64,
     /// Instances whose transform has a scale of 0 along every axis: nothing is left of them.
     pub singular_instances: u64,
     /// Instances that stand or reach beyond the range of `f32`, where no file can place them.
@@ -237,6 +239,7 @@ impl ReadReport {
             (&mut self.out_of_range_triangles, frame.out_of_range_triangles),
             (&mut self.unreferenced_positions, frame.unreferenced_positions),
             (&mut self.skipped_primitives, frame.skipped_primitives),
+            (&mut self.short_faces, frame.short_faces),
             (&mut self.singular_instances, frame.singular_instances),
             (&mut self.out_of_range_instances, frame.out_of_range_instances),
             (&mut self.unknown_statements, frame.unknown_statements),

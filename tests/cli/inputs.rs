@@ -181,6 +181,28 @@ fn every_command_takes_quoted_patterns() {
 }
 
 #[test]
+fn a_search_that_gives_way_to_one_recipe_says_so() {
+    let place = Place::new();
+    place.write("a.obj", strip(30));
+    for asked in ["--bins 16", "--preset best --bins 16"] {
+        let said = place.ok(&format!("build a.obj -f {asked}"));
+        assert!(said.err.contains("does not read --bins 16") && said.err.contains("`sbvh`"), "{asked}: {}", said.err);
+    }
+    for asked in ["", "--method sbvh --bins 16", "--preset balanced --bins 16"] {
+        assert!(!place.ok(&format!("build a.obj -f {asked}")).err.contains("does not read"), "{asked}");
+    }
+}
+
+#[test]
+fn a_face_that_is_cut_off_is_told_as_what_it_is() {
+    let place = Place::new();
+    place.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\nf ");
+    let said = place.ok("build a.obj");
+    let told = "left out 1 line and point primitive, 1 face of fewer than three corners";
+    assert!(said.err.contains(told), "{}", said.err);
+}
+
+#[test]
 fn warnings_are_errors_where_asked() {
     let place = Place::new();
     place.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\n");

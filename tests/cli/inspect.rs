@@ -272,6 +272,15 @@ fn stats_compares_two_files_and_judges_for_ci() {
     );
     assert_eq!(place.run("stats --compare a.bvhc b.bvhc --fail-if ray-cost>+1000%").code, 0);
 
+    assert_eq!(place.run("stats --compare a.bvhc b.bvhc --fail-if Ray-Cost>+1000%").code, 0);
+
+    // Figures of other models are no change, and no comparison is made without one of the files.
+    place.write("c.obj", strip(7));
+    place.ok("build c.obj");
+    let other = place.ok("stats --compare a.bvhc c.bvhc");
+    assert!(other.err.contains("and 14 triangles") && !same.err.contains("warning"), "{}", other.err);
+    assert_eq!(place.run("stats --compare a.bvhc gone.bvhc").code, 3);
+
     let unknown = place.run("stats --compare a.bvhc b.bvhc --fail-if speed>1");
     assert!(unknown.code == 2 && unknown.err.contains("ray-cost") && unknown.err.contains("leaf-variability"));
     for args in

@@ -27,6 +27,7 @@ mod snapshots;
 mod source;
 mod streams;
 mod surfaces;
+mod up_to_date;
 mod verify;
 mod view;
 

@@ -115,8 +115,9 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
     }
     let count = args.rays.unwrap_or(if args.compare { 4096 } else { 0 }) as usize;
     let mut paths = Vec::new();
+    let mut failed = None;
     let (reports, exit) = caches::each(&files, context, |path| {
-        let opened = caches::open_checked(path, context)?;
+        let opened = caches::open_checked(path, context).inspect_err(|failure| failed = Some(failure.exit))?;
         paths.push(path.to_path_buf());
         let (name, view) = (path.to_string_lossy().into_owned(), opened.view());
         let epo = args.epo.unwrap_or(Epo::Auto).mode().map(|mode| EpoReport::of_view(&view, mode, &context.exec));
@@ -129,9 +130,10 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
         })
     });
     if args.compare {
-        return match exit {
-            Exit::Success => compare::run(&reports, &paths, &args.fail_if, context),
-            failed => Ok(failed),
+        // With one file nothing is compared, so that its failure is that of the whole.
+        return match failed {
+            None => compare::run(&reports, &paths, &args.fail_if, context),
+            Some(exit) => Ok(exit),
         };
     }
     if context.terminal.json {

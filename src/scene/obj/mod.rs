@@ -104,6 +104,7 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
     mesh.faces = faces.filter(|_| any_polygon).map(|faces| *faces.finalize().as_bytes());
     let mut scene = Scene::default();
     scene.report.skipped_primitives = counts.skipped;
+    scene.report.short_faces = counts.short_faces;
     scene.report.unreferenced_positions = counts.unreferenced;
     scene.report.unknown_statements = counts.unknown;
     scene.report.first_unknown_statement = counts.first_unknown.clone();

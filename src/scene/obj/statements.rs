@@ -38,6 +38,7 @@ pub(super) struct Statements<'a, 's> {
     large: LargeFaces,
     parts: Parts<'a>,
     skipped: u64,
+    short_faces: u64,
     unknown: u64,
     first_unknown: Option<Statement>,
     evidence: Evidence<'a>,
@@ -50,6 +51,7 @@ pub(super) struct Statements<'a, 's> {
 /// What only this reader knows about the file.
 pub(super) struct Counts {
     pub skipped: u64,
+    pub short_faces: u64,
     pub unreferenced: u64,
     /// Statements with a keyword that is not known, and the first of them.
     pub unknown: u64,
@@ -85,6 +87,7 @@ impl<'a, 's> Statements<'a, 's> {
             large: LargeFaces::default(),
             parts: Parts::default(),
             skipped: 0,
+            short_faces: 0,
             unknown: 0,
             first_unknown: None,
             evidence: Evidence::default(),
@@ -124,6 +127,7 @@ impl<'a, 's> Statements<'a, 's> {
         let unreferenced = self.positions.unreferenced();
         let counts = Counts {
             skipped: self.skipped,
+            short_faces: self.short_faces,
             unreferenced,
             unknown: self.unknown,
             first_unknown: self.first_unknown,
@@ -235,6 +239,7 @@ impl<'a, 's> Statements<'a, 's> {
         self.add_face(self.corners.len() as u64)?;
         if self.corners.len() < 3 {
             self.skipped += 1;
+            self.short_faces += 1;
             return Ok(());
         }
         if !self.parts.go_on() {

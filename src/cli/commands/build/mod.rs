@@ -129,6 +129,9 @@ struct Document<'a> {
 pub fn run(args: &BuildArgs, context: &Context) -> Result<Exit, Failure> {
     let jobs = plan::jobs(args, inputs::expand(args, context)?)?;
     let workshop = workshop(args, context)?;
+    if let Some(note) = args.tree.search_given_up(&workshop.build) {
+        context.terminal.note(&note);
+    }
     let (mut outcomes, mut exits) = (Vec::new(), Vec::new());
     for job in &jobs {
         let (outcome, exit) = attend(job, &workshop)?;

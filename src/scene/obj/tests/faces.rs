@@ -49,7 +49,8 @@ fn weights_and_colours_are_ignored() {
 fn lines_points_and_short_faces_are_counted_not_read() {
     let scene = read(format!("{TRIANGLE}l 1 2 3\np 1 2\nf 1 2\nf 1\nf\nl 7 8 9\n"));
     assert_eq!((scene.meshes.len(), scene.instances.len()), (0, 0));
-    assert_eq!((scene.report.skipped_primitives, scene.report.unreferenced_positions), (6, 1));
+    let report = &scene.report;
+    assert_eq!((report.skipped_primitives, report.short_faces, report.unreferenced_positions), (6, 3, 1));
 }
 
 #[test]

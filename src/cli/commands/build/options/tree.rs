@@ -26,6 +26,19 @@ impl TreeArgs {
         self.preset != Preset::Auto || self.method.is_some() || !self.settings.is_empty()
     }
 
+    /// What is told of a search that was not named and gave way to a recipe of its own, as [`BuildOptions::with_settings`] says.
+    pub fn search_given_up(&self, resolved: &BuildOptions) -> Option<String> {
+        let search = BuildOptions::preset(self.preset).method;
+        let ignored = self.settings.iter().find(|setting| !setting.option().is_read_by(search))?;
+        (self.method.is_none() && search.is_search() && resolved.method != search).then(|| {
+            format!(
+                "note: the search `{search}` does not read {}, so `{}` builds without a search",
+                advice::typed(ignored.option(), ignored.value()),
+                resolved.method
+            )
+        })
+    }
+
     /// The preset with everything that was typed on top.
     ///
     /// # Errors
