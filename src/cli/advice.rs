@@ -117,6 +117,11 @@ pub fn note(text: &str) -> String {
     flags.map_or_else(|| text.to_string(), |flags| format!("{start}{NAMED_RECIPE}{}", flags.join(" ")))
 }
 
+/// Whether a note has flags to be copied, which must not be broken into lines.
+pub fn names_a_recipe(note: &str) -> bool {
+    note.contains(NAMED_RECIPE)
+}
+
 /// For a device that gave no answer.
 pub fn for_device(error: &DeviceError) -> Option<&'static str> {
     Some(match error {

@@ -29,6 +29,7 @@ mod figures;
 mod interrupt;
 mod names;
 mod outputs;
+mod paragraph;
 mod patterns;
 mod progress;
 mod reading;

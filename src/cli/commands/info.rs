@@ -7,6 +7,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
+use crate::cli::paragraph;
 use crate::cli::patterns;
 use crate::cli::table::Table;
 use crate::report::info::{FileInfo, SectionInfo};
@@ -135,7 +136,12 @@ fn text(info: &FileInfo) -> String {
     }
     // A file whose header is sound may have records that are not, and all figures above are the header's word.
     rows.push(("records", "not looked at here; bvhc check proves them".to_owned()));
-    rows.iter().map(|(label, value)| format!("{label:<9} {}\n", names::escape(value))).collect()
+    // Notes are sentences; every other value is one thing to be copied, or a list that grows with the file.
+    let told = |(label, value): &(&str, String)| match (*label, names::escape(value)) {
+        ("note", text) if !advice::names_a_recipe(value) => paragraph::hanging("note      ", &text),
+        (label, text) => format!("{label:<9} {text}\n"),
+    };
+    rows.iter().map(told).collect()
 }
 
 /// The sections of each kind and codec, in the order of the file: how many, unless there is one, and their bytes in the file.

@@ -8,6 +8,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
+use crate::cli::paragraph;
 use crate::cli::patterns;
 use crate::cli::table::{Table, csv_line};
 use crate::report::file::{BlasSpread, Extreme, FileReport};
@@ -289,7 +290,10 @@ fn notes(reports: &[FileReport], paths: &[PathBuf]) -> String {
     let mut text = String::new();
     for (report, heading) in reports.iter().zip(headings).filter(|(report, _)| !report.notes.is_empty()) {
         text.push_str(&format!("\n{heading}\n"));
-        report.notes.iter().for_each(|note| text.push_str(&format!("  {}\n", names::escape(&advice::note(note)))));
+        for note in &report.notes {
+            let told = names::escape(&advice::note(note));
+            text += &if advice::names_a_recipe(note) { format!("  {told}\n") } else { paragraph::hanging("  ", &told) };
+        }
     }
     text
 }
