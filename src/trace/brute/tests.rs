@@ -1,6 +1,7 @@
 use super::*;
 use crate::geom::Point;
 use crate::scene::{Instance, Mesh};
+use crate::trace::exact::Line;
 use crate::trace::rays::grid::GridScene;
 
 fn scene(corners: &[[Point; 3]], transform: Affine) -> Scene {

@@ -3,7 +3,7 @@
 //! A [`Rule`] has a number that never changes its meaning, a name, a severity, a headline, a template for the detail line,
 //! the place in `format-spec/SPEC.md` that demands it, and three answers for people: what it means, how it happens, what to
 //! do, which is a [`Remedy`] and leaves the words to the program. The checker ([`super::check`]) only *uses* rules. For each rule one file in `format-spec/vectors/invalid` breaks
-//! it and nothing else; `tests/mutation.rs` sees to that.
+//! it and nothing else; `tests/mutation` sees to that.
 //!
 //! | numbers | about | asked at level |
 //! |---|---|---|
