@@ -210,6 +210,13 @@ fn a_page_carries_the_trees_of_its_files() {
         (Some("compare"), 2)
     );
 
+    // Two files of one name are told apart by their folders.
+    place.write("old/binned.bvhc", place.read("longest.bvhc"));
+    place.write("new/binned.bvhc", place.read("binned.bvhc"));
+    place.ok("view --compare old/binned.bvhc new/binned.bvhc --html two.html");
+    let scenes = head("two.html")["scenes"].clone();
+    assert_eq!([&scenes[0]["name"], &scenes[1]["name"]], ["old/binned.bvhc", "new/binned.bvhc"]);
+
     // A model is never written over.
     let refused = place.run("view binned.bvhc --html hall.obj");
     assert!(refused.code == 2 && refused.err.contains("cannot replace"), "{}", refused.err);

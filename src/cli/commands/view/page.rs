@@ -12,7 +12,7 @@ use crate::cli::interrupt;
 use crate::cli::names;
 use crate::report::page::{Below, MOST_BYTES, PackError, PageCamera, PageScene, Together, bytes_of, pack, page};
 use crate::size::bytes;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A film of about the shape that a page shows, to choose a camera by.
 const FILM: [usize; 2] = [1280, 800];
@@ -21,8 +21,8 @@ pub fn run(output: &Path, args: &ViewArgs, context: &Context) -> Result<Exit, Fa
     drawing::may_replace(output)?;
     drawing::suits(output, &["html", "htm"], "name it *.html; a picture is made by -o PICTURE.png")?;
     let (mut scenes, mut camera) = (Vec::new(), None);
-    for path in &args.files {
-        read(path, args, context, &mut scenes, &mut camera)?;
+    for (path, name) in args.files.iter().zip(titles(&args.files)) {
+        read(path, &name, args, context, &mut scenes, &mut camera)?;
     }
     let together = if args.compare { Together::Compare } else { Together::Frames };
     let text = page(&scenes, together, camera);
@@ -44,9 +44,19 @@ pub fn run(output: &Path, args: &ViewArgs, context: &Context) -> Result<Exit, Fa
     Ok(Exit::Success)
 }
 
+/// What a page calls its files: their own names, or with folders where two have one name.
+fn titles(files: &[PathBuf]) -> Vec<String> {
+    let own: Vec<_> = files.iter().map(|file| file.file_name().unwrap_or(file.as_os_str())).collect();
+    match own.as_slice() {
+        [a, b] if a == b => names::headings(&files.iter().map(PathBuf::as_path).collect::<Vec<_>>()),
+        _ => own.iter().map(|name| name.to_string_lossy().into_owned()).collect(),
+    }
+}
+
 /// Add the scene of a still file, or the frames of a sequence: the one that was asked for, or all.
 fn read(
     path: &Path,
+    name: &str,
     args: &ViewArgs,
     context: &Context,
     scenes: &mut Vec<PageScene>,
@@ -60,10 +70,9 @@ fn read(
         let view = below.as_ref().map_or(*view, |below| below.view(view));
         let packed = pack(&view).map_err(|e| refused(&e, path, args))?;
         camera.get_or_insert_with(|| stand(&view, args, context));
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let facts = args.root.map(|root| ("Below".to_string(), format!("node {root} of the file")));
         scenes.push(PageScene {
-            name,
+            name: name.to_string(),
             frame,
             facts: facts.into_iter().collect(),
             parts,
