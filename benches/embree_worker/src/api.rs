@@ -135,3 +135,78 @@ impl SceneLibrary {
         }
     }
 }
+
+/// `RTCRayHit`, with room for whatever levels of instances the library was compiled for.
+#[repr(C, align(64))]
+#[derive(Clone, Copy)]
+pub struct RayHit {
+    origin: [f32; 3],
+    least: f32,
+    direction: [f32; 3],
+    time: f32,
+    greatest: f32,
+    mask: c_uint,
+    id: c_uint,
+    flags: c_uint,
+    normal: [f32; 3],
+    weights: [f32; 2],
+    primitive: c_uint,
+    geometry: c_uint,
+    instances: [c_uint; 13],
+}
+
+/// `RTC_INVALID_GEOMETRY_ID`.
+const NOTHING: c_uint = c_uint::MAX;
+
+impl RayHit {
+    /// A ray of origin, least distance, direction, greatest distance, which has hit nothing yet.
+    #[inline(always)]
+    pub fn of(&[a, b, c, least, d, e, f, greatest]: &[f32; 8]) -> RayHit {
+        RayHit {
+            origin: [a, b, c],
+            least,
+            direction: [d, e, f],
+            time: 0.0,
+            greatest,
+            mask: c_uint::MAX,
+            id: 0,
+            flags: 0,
+            normal: [0.0; 3],
+            weights: [0.0; 2],
+            primitive: NOTHING,
+            geometry: NOTHING,
+            instances: [NOTHING; 13],
+        }
+    }
+
+    pub fn is_hit(&self) -> bool {
+        self.geometry != NOTHING
+    }
+
+    /// `rtcOccluded1` says so by a distance of minus infinity.
+    pub fn is_occluded(&self) -> bool {
+        self.greatest < 0.0
+    }
+}
+
+/// The functions for rays.
+#[derive(Clone, Copy)]
+pub struct TraceLibrary {
+    pub intersect: unsafe extern "C" fn(Scene, *mut RayHit, *mut c_void),
+    pub occluded: unsafe extern "C" fn(Scene, *mut RayHit, *mut c_void),
+}
+
+impl TraceLibrary {
+    pub fn load(path: &str) -> Result<TraceLibrary, libloading::Error> {
+        // SAFETY: as for the functions above.
+        unsafe {
+            let library = libloading::Library::new(path)?;
+            let functions = TraceLibrary {
+                intersect: *library.get(b"rtcIntersect1\0")?,
+                occluded: *library.get(b"rtcOccluded1\0")?,
+            };
+            std::mem::forget(library);
+            Ok(functions)
+        }
+    }
+}

@@ -8,13 +8,14 @@
 //! The time is that of `rtcBuildBVH` alone; primitive boxes are filled before it and nodes are renumbered after it, outside of the
 //! clock, and its nodes come from Embree's own per-thread allocator.
 //!
-//! `embree_worker LIBRARY THREADS refit` refits instead: see `refit`.
+//! `embree_worker LIBRARY THREADS refit` refits instead, and with `trace` it traces rays: see `refit` and `rays`.
 
 mod api;
+mod rays;
 mod refit;
 mod tree;
 
-use api::{BuildArguments, Library, Primitive, QUALITY_HIGH, QUALITY_LOW, QUALITY_MEDIUM, SceneLibrary};
+use api::{BuildArguments, Library, Primitive, QUALITY_HIGH, QUALITY_LOW, QUALITY_MEDIUM, SceneLibrary, TraceLibrary};
 use std::ffi::{CString, c_void};
 use std::io::{Error, Read, Result, Write, stdin, stdout};
 use std::time::Instant;
@@ -40,9 +41,13 @@ fn main() -> Result<()> {
     }
 
     let (mut input, mut output) = (stdin().lock(), stdout().lock());
-    if args.next().is_some_and(|mode| mode == "refit") {
+    if let Some(mode) = args.next() {
         let library = SceneLibrary::load(&path).map_err(Error::other)?;
-        return refit::serve(&library, device, &mut input, &mut output);
+        if mode == "refit" {
+            return refit::serve(&library, device, &mut input, &mut output);
+        }
+        let tracing = TraceLibrary::load(&path).map_err(Error::other)?;
+        return rays::serve(&library, &tracing, device, &mut input, &mut output);
     }
     let mut count = [0; 4];
     input.read_exact(&mut count)?;

@@ -12,14 +12,14 @@ use std::time::Instant;
 
 /// `RTC_GEOMETRY_TYPE_TRIANGLE`, `RTC_SCENE_FLAG_DYNAMIC`, `RTC_BUILD_QUALITY_LOW` and `_REFIT`, `RTC_BUFFER_TYPE_INDEX` and `_VERTEX`,
 /// `RTC_FORMAT_UINT3` and `_FLOAT3`.
-const TRIANGLES: i32 = 0;
+pub const TRIANGLES: i32 = 0;
 const DYNAMIC: i32 = 1;
 const LOW: i32 = 0;
 const REFIT: i32 = 3;
-const INDEX: i32 = 0;
-const VERTEX: i32 = 1;
-const UINT3: i32 = 0x5003;
-const FLOAT3: i32 = 0x9003;
+pub const INDEX: i32 = 0;
+pub const VERTEX: i32 = 1;
+pub const UINT3: i32 = 0x5003;
+pub const FLOAT3: i32 = 0x9003;
 
 pub fn serve(library: &SceneLibrary, device: Device, input: &mut impl Read, output: &mut impl Write) -> Result<()> {
     let mut counts = [0u32; 3];

@@ -26,6 +26,7 @@ mod level;
 mod neon;
 #[cfg(any(test, not(any(target_arch = "aarch64", target_arch = "x86_64"))))]
 mod portable;
+mod prefetch;
 mod register;
 mod runs;
 #[cfg(target_arch = "x86_64")]
@@ -39,6 +40,7 @@ pub use lanes::Lanes;
 #[cfg(any(test, feature = "testing"))]
 pub use level::at_most;
 pub use level::{Level, level, widest};
+pub(crate) use prefetch::prefetch;
 pub(crate) use register::Register;
 pub use runs::{Runs, Widest, Work};
 

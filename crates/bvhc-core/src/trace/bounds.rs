@@ -74,11 +74,18 @@ impl<'a, T, N> Bounds<'a, T, N> {
         let Some(items) = items.filter(|_| count <= MAX_LEAF) else {
             return Err(leaf_out_of_range(first, count, self.items.len()));
         };
-        if items.len() > self.items_left {
+        self.count_items(items.len())?;
+        Ok(items)
+    }
+
+    /// So many items are in the leaf that the walk has come to.
+    #[inline(always)]
+    pub fn count_items(&mut self, count: usize) -> Result<(), Malformed> {
+        if count > self.items_left {
             return Err(not_a_tree(self.nodes.len()));
         }
-        self.items_left -= items.len();
-        Ok(items)
+        self.items_left -= count;
+        Ok(())
     }
 }
 

@@ -50,7 +50,7 @@ impl Opened<'_> {
         let (rows, view) = (self.compact_rows(), self.view());
         let order = self.compact_order();
         let is_of_file = !rows.is_empty() && rows.len() == view.blases.len() && order.len() == view.triangles.len();
-        is_of_file.then(|| WideView { view, nodes: self.compact_nodes(), rows, order })
+        is_of_file.then(|| WideView { view, nodes: self.compact_nodes(), rows, order, blocks: &[] })
     }
 
     /// The nearest point where the ray meets the scene; see [`closest_hit`](super::closest_hit). It is traced through the compact trees where the file

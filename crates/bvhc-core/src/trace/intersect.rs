@@ -29,6 +29,47 @@ pub struct EdgeRay {
     slack: Register,
 }
 
+/// The numbers of [`EdgeRay`]'s filter for many triangles at once: see `surely_misses`.
+#[derive(Clone, Copy, Debug)]
+pub struct Filter {
+    /// The axes that are sheared, and the one they are sheared along.
+    pub axes: [usize; 3],
+    /// The origin on these axes, rounded to `f32`.
+    pub origin: [f32; 3],
+    /// The two shears.
+    pub shear: [f32; 2],
+    /// What rounding the origin moved it by, times 3.
+    pub slack: f32,
+}
+
+impl Filter {
+    /// `8u`.
+    pub const RELATIVE: f32 = 4.0 * f32::EPSILON;
+    /// 2⁻¹²⁰.
+    pub const UNDERFLOW: f32 = f32::from_bits((127 - 120) << 23);
+
+    #[inline(always)]
+    pub fn new(origin: &[f64; 3], direction: &[f64; 3], dominant: usize) -> Filter {
+        let (kx, ky) = others(dominant);
+        let [x, y, z] = [origin[kx] as f32, origin[ky] as f32, origin[dominant] as f32];
+        let moved = |rounded: f32, exact: f64| (exact - f64::from(rounded)).abs();
+        let [a, b, c] = [moved(x, origin[kx]), moved(y, origin[ky]), moved(z, origin[dominant])];
+        let along = direction[dominant];
+        Filter {
+            axes: [kx, ky, dominant],
+            origin: [x, y, z],
+            shear: [(direction[kx] / along) as f32, (direction[ky] / along) as f32],
+            slack: slack(larger(larger(a, b), c)),
+        }
+    }
+}
+
+/// What an origin that was moved so far adds to the error of a corner.
+#[inline(always)]
+fn slack(moved: f64) -> f32 {
+    crate::geom::round_up(3.0 * moved)
+}
+
 impl TriangleTest for EdgeRay {
     /// In `f64`: the stored matrix is taken as it is, and nothing is added to its rounding.
     fn to_object(instance: &InstanceRecord, origin: [f64; 3], direction: [f64; 3]) -> ([f64; 3], [f64; 3]) {
@@ -37,6 +78,7 @@ impl TriangleTest for EdgeRay {
         ([0, 1, 2].map(|r| linear(origin, r) + m[4 * r + 3]), [0, 1, 2].map(|r| linear(direction, r)))
     }
 
+    #[inline(always)]
     fn new(origin: [f64; 3], direction: [f64; 3]) -> EdgeRay {
         EdgeRay::new(origin, direction)
     }
@@ -56,6 +98,7 @@ impl TriangleTest for EdgeRay {
 
 impl EdgeRay {
     /// The direction is finite and not zero.
+    #[inline(always)]
     fn new(origin: [f64; 3], direction: [f64; 3]) -> EdgeRay {
         let dominant = dominant(direction);
         let (kx, ky) = others(dominant);
@@ -67,7 +110,7 @@ impl EdgeRay {
             direction,
             filter_origin: Register::of([filter_origin[0], filter_origin[1], filter_origin[2], 0.0]),
             shear: [kx, ky].map(|k| Register::splat((direction[k] / direction[dominant]) as f32)),
-            slack: Register::splat(crate::geom::round_up(3.0 * moved)),
+            slack: Register::splat(slack(moved)),
         }
     }
 
@@ -81,7 +124,7 @@ impl EdgeRay {
     ///
     /// The lanes are the three corners, and the third once more.
     #[inline(always)]
-    fn surely_misses<const AXIS: usize>(&self, triangle: &TriangleRecord) -> bool {
+    pub fn surely_misses<const AXIS: usize>(&self, triangle: &TriangleRecord) -> bool {
         let (kx, ky) = others(AXIS);
         let rows: [[f32; 4]; 3] = bytemuck::cast(*triangle);
         let corners = Register::transpose_three(rows.map(|row| Register::of(row) - self.filter_origin));
@@ -89,55 +132,22 @@ impl EdgeRay {
         let x = corners[kx] - self.shear[0] * z;
         let y = corners[ky] - self.shear[1] * z;
         let reach = x.abs() + y.abs();
-        let error = (reach + z.abs()) * Register::splat(4.0 * f32::EPSILON) + self.slack;
+        let error = (reach + z.abs()) * Register::splat(Filter::RELATIVE) + self.slack;
         let reach = reach + error;
 
         // The edge functions of each corner and the one before it.
         let [qx, qy, q_reach, q_error] = [x, y, reach, error].map(Register::previous);
-        let bound = reach * q_error + q_reach * error + Register::splat(UNDERFLOW);
+        let bound = reach * q_error + q_reach * error + Register::splat(Filter::UNDERFLOW);
         let side = x * qy - y * qx;
         let (left, right) = (bound.less(side), side.less(bound.negated()));
         (left != 0) & (right != 0)
     }
 
-    /// A bit for each of four triangles that `surely_misses` does not reject: the same arithmetic, with a triangle in each lane instead
-    /// of a corner.
-    ///
-    /// Nothing here maps an array: that is a call where it stands in code for wider vectors, with registers through memory.
+    /// A ray for [`EdgeRay::decide`]: its own filter has no numbers and proves no miss.
     #[inline(always)]
-    pub fn may_cross<const AXIS: usize>(&self, triangles: [&TriangleRecord; 4]) -> u32 {
-        let corners = [
-            self.corners::<AXIS>(triangles, 0),
-            self.corners::<AXIS>(triangles, 1),
-            self.corners::<AXIS>(triangles, 2),
-        ];
-        let (mut left, mut right) = (0, 0);
-        for (corner, previous) in [(0, 2), (1, 0), (2, 1)] {
-            let [x, y, reach, error] = corners[corner];
-            let [qx, qy, q_reach, q_error] = corners[previous];
-            let bound = reach * q_error + q_reach * error + Register::splat(UNDERFLOW);
-            let side = x * qy - y * qx;
-            left |= bound.less(side);
-            right |= side.less(bound.negated());
-        }
-        !(left & right) & 0b1111
-    }
-
-    /// One corner of four triangles for [`EdgeRay::may_cross`]: sheared, with how far it reaches and its error.
-    #[inline(always)]
-    fn corners<const AXIS: usize>(&self, triangles: [&TriangleRecord; 4], corner: usize) -> [Register; 4] {
-        let (kx, ky) = others(AXIS);
-        let row = |triangle: &TriangleRecord| {
-            let rows: &[[f32; 4]; 3] = bytemuck::cast_ref(triangle);
-            Register::of(rows[corner]) - self.filter_origin
-        };
-        let [a, b, c, d] = triangles;
-        let axes = Register::transpose([row(a), row(b), row(c), row(d)]);
-        let z = axes[AXIS];
-        let (x, y) = (axes[kx] - self.shear[0] * z, axes[ky] - self.shear[1] * z);
-        let reach = x.abs() + y.abs();
-        let error = (reach + z.abs()) * Register::splat(4.0 * f32::EPSILON) + self.slack;
-        [x, y, reach + error, error]
+    pub fn unfiltered(origin: [f64; 3], direction: [f64; 3]) -> EdgeRay {
+        let none = Register::splat(f32::NAN);
+        EdgeRay { dominant: dominant(direction), origin, direction, filter_origin: none, shear: [none; 2], slack: none }
     }
 
     /// Where the ray's line crosses the triangle, edges and corners included. A triangle seen edge-on has no crossing.
@@ -211,9 +221,6 @@ pub fn larger(a: f64, b: f64) -> f64 {
 
 /// 2⁻⁴⁸.
 const OUTLINE_MARGIN: f64 = f64::from_bits((1023 - 48) << 52);
-
-/// 2⁻¹²⁰.
-const UNDERFLOW: f32 = f32::from_bits((127 - 120) << 23);
 
 #[cfg(test)]
 mod tests {

@@ -25,12 +25,25 @@ impl Place {
         best: &mut Best,
         observer: &mut impl Observer,
     ) -> bool {
-        let accepted = c.t >= t_min && c.t <= best.t;
-        observer.crossing(slot, c.t, accepted);
+        let accepted = Place::accepts(&c, slot, t_min, best, observer);
         if accepted {
-            best.offer(c.t, self.hit(c, triangle, slot));
+            self.take(c, triangle, slot, best);
         }
         accepted
+    }
+
+    /// Whether a crossing lies in range, up to the best one.
+    #[inline(always)]
+    pub fn accepts(c: &Crossing, slot: usize, t_min: f64, best: &Best, observer: &mut impl Observer) -> bool {
+        let accepted = c.t >= t_min && c.t <= best.t;
+        observer.crossing(slot, c.t, accepted);
+        accepted
+    }
+
+    /// Take a crossing in range, if it comes before the best one.
+    #[inline(always)]
+    pub fn take(self, c: Crossing, triangle: &TriangleRecord, slot: usize, best: &mut Best) {
+        best.offer(c.t, self.hit(c, triangle, slot));
     }
 
     fn hit(self, c: Crossing, triangle: &TriangleRecord, slot: usize) -> Hit {

@@ -78,17 +78,6 @@ pub struct Slabs<R> {
     rule: PhantomData<R>,
 }
 
-/// A ray on one axis: a box is entered at `(plane − near)·enter` and left at `−(plane − far)·leave`.
-#[derive(Clone, Copy, Debug)]
-pub struct Slab {
-    pub near: f32,
-    pub far: f32,
-    pub enter: f32,
-    pub leave: f32,
-    /// Whether the maximum is entered first.
-    pub enters_high: bool,
-}
-
 impl<R: Rule> Slabs<R> {
     /// `bounds` contains everything that will be tested.
     pub fn new(origin: [f64; 3], direction: [f64; 3], bounds: &Aabb, t_min: f32) -> Slabs<R> {
@@ -148,22 +137,6 @@ impl<R: Rule> Slabs<R> {
         self
     }
 
-    /// What the boxes of a wide node are tested by, an axis after the other.
-    #[inline(always)]
-    pub fn axes(&self) -> [Slab; 3] {
-        let high = self.enters_high.array();
-        [0, 1, 2].map(|axis| {
-            let ([near, _, far, _], [enter, _, leave, _]) = (self.origins[axis].array(), self.inverses[axis].array());
-            Slab { near, far, enter, leave, enters_high: high[axis].to_bits() != 0 }
-        })
-    }
-
-    /// From where on a ray counts.
-    #[inline(always)]
-    pub fn t_min(&self) -> f32 {
-        self.t_min
-    }
-
     /// What [`Slabs::pair`] takes as the part of the ray that counts: from its start to `limit`.
     #[inline(always)]
     pub fn reach(&self, limit: f32) -> Register {
@@ -203,7 +176,7 @@ fn entering_and_leaving<R: Rule>(inverse: f32) -> Register {
     Register::of([inverse, inverse, leaving, leaving])
 }
 
-const fn power_of_two(exponent: i32) -> f64 {
+pub const fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
 }
 

@@ -31,8 +31,9 @@ pub struct Crossing {
 }
 
 /// The axis of the largest component; among equals the first.
+#[inline(always)]
 pub fn dominant(direction: [f64; 3]) -> usize {
-    let [x, y, z] = direction.map(f64::abs);
+    let [x, y, z] = [direction[0].abs(), direction[1].abs(), direction[2].abs()];
     if x >= y && x >= z {
         0
     } else if y >= z {
@@ -43,6 +44,7 @@ pub fn dominant(direction: [f64; 3]) -> usize {
 }
 
 /// The two axes after this one.
+#[inline(always)]
 pub const fn others(axis: usize) -> (usize, usize) {
     ((axis + 1) % 3, (axis + 2) % 3)
 }

@@ -30,12 +30,12 @@ impl CompactTrees {
         let mut out = CompactTrees::default();
         for row in &wide.rows {
             let start = row.node_offset as usize;
-            out.add(&wide.nodes[start..start + row.node_count as usize], row.waiting);
+            out.add(&wide.nodes[start..start + row.node_count as usize], row.waiting, &wide.order);
         }
         out
     }
 
-    fn add(&mut self, wide: &[WideNode<8>], waiting: u32) {
+    fn add(&mut self, wide: &[WideNode<8>], waiting: u32, order: &[u32]) {
         let (start, first_ref) = (self.nodes.len(), self.order.len());
         self.rows.push(WideRow { node_offset: start as u64, node_count: wide.len() as u32, waiting });
         self.nodes.resize(start + wide.len(), CompactNode::default());
@@ -59,7 +59,7 @@ impl CompactTrees {
                     pending.push((first as usize, next));
                     next += 1;
                 } else {
-                    self.order.extend(first..first + count);
+                    self.order.extend(&order[first as usize..][..count as usize]);
                 }
             }
             pending[below..].reverse();
@@ -69,6 +69,6 @@ impl CompactTrees {
 
     /// These trees with what they were made of: what rays are traced through.
     pub fn view<'a>(&'a self, of: &View<'a>) -> WideView<'a, 8, CompactNode> {
-        WideView { view: *of, nodes: &self.nodes, rows: &self.rows, order: &self.order }
+        WideView { view: *of, nodes: &self.nodes, rows: &self.rows, order: &self.order, blocks: &[] }
     }
 }

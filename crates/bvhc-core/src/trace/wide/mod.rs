@@ -14,6 +14,7 @@
 //! one triangle stands in several leaves, the record that is named may be another one of those.
 
 mod ask;
+mod block;
 mod boxes;
 mod collapse;
 mod compact;
@@ -21,11 +22,13 @@ mod emit;
 mod plan;
 mod record;
 mod scene;
+mod stack;
 #[cfg(test)]
 mod tests;
 mod trees;
 mod walk;
 
+pub use block::TriangleBlock;
 pub use collapse::Collapse;
 pub use compact::CompactTrees;
 pub use record::WideRecord;

@@ -1,56 +1,84 @@
 //! What a walk reads of a node, whatever its layout.
 
 use crate::layout::{CompactNode, WideNode};
-use crate::simd::Floats;
+use crate::simd::{Floats, prefetch};
 
 /// A node of up to `N` children.
 pub trait WideRecord<const N: usize>: Copy + Sync {
-    /// Whether leaves name places of the trees' own [order](super::WideView::order) instead of triangles.
-    const ORDERED: bool;
+    /// Whether the triangles of leaves stand in [blocks](super::WideView::blocks).
+    const IN_BLOCKS: bool;
 
-    /// Two rows of planes of an axis, those with these numbers: near ones of x, y and z are the first three, then far ones.
-    fn planes<V: Floats<N>>(&self, door: V::Door, axis: usize, rows: [usize; 2]) -> (V, V);
-    /// The first node or reference of the child in a lane, and how many references it has, 0 for a node. `None` for a lane that nobody uses.
-    fn links(&self, lane: usize) -> Option<(u32, u32)>;
+    /// Minima and maxima of the boxes on an axis, or with `swapped` maxima and minima.
+    fn planes<V: Floats<N>>(&self, door: V::Door, axis: usize, swapped: bool) -> (V, V);
+    /// Ask for what is read after the boxes.
+    fn prefetch_links(&self);
+    /// A bit for each lane that has a child. A lane without one may have its bit where its box is empty.
+    fn used(&self) -> u32;
+    /// The first node or reference of the child in a lane, and how many references it has, 0 for a node.
+    fn links(&self, lane: usize) -> (u32, u32);
 }
 
 impl<const N: usize> WideRecord<N> for WideNode<N> {
-    const ORDERED: bool = false;
+    const IN_BLOCKS: bool = true;
 
     #[inline(always)]
-    fn planes<V: Floats<N>>(&self, door: V::Door, _axis: usize, rows: [usize; 2]) -> (V, V) {
-        (V::of(door, &self.planes[rows[0]]), V::of(door, &self.planes[rows[1]]))
+    fn planes<V: Floats<N>>(&self, door: V::Door, axis: usize, swapped: bool) -> (V, V) {
+        let [first, second] = rows(axis, swapped);
+        (V::of(door, &self.planes[first]), V::of(door, &self.planes[second]))
     }
 
     #[inline(always)]
-    fn links(&self, lane: usize) -> Option<(u32, u32)> {
-        self.has(lane).then_some((self.first[lane], self.count[lane]))
+    fn prefetch_links(&self) {
+        prefetch(&self.first, size_of_val(&self.first) + size_of_val(&self.count));
+    }
+
+    #[inline(always)]
+    fn used(&self) -> u32 {
+        u32::MAX
+    }
+
+    #[inline(always)]
+    fn links(&self, lane: usize) -> (u32, u32) {
+        (self.first[lane], self.count[lane])
     }
 }
 
 impl WideRecord<8> for CompactNode {
-    const ORDERED: bool = true;
+    const IN_BLOCKS: bool = false;
 
     #[inline(always)]
-    fn planes<V: Floats<8>>(&self, door: V::Door, axis: usize, rows: [usize; 2]) -> (V, V) {
+    fn planes<V: Floats<8>>(&self, door: V::Door, axis: usize, swapped: bool) -> (V, V) {
         let (origin, scale) = (V::splat(door, self.corner(axis)), V::splat(door, self.scale(axis)));
-        let steps = |row: usize| V::times(V::of_bytes(door, &self.planes[row]), scale);
-        (V::plus(steps(rows[0]), origin), V::plus(steps(rows[1]), origin))
+        let [first, second] = rows(axis, swapped);
+        let first = V::times(V::of_bytes(door, &self.planes[first]), scale);
+        let second = V::times(V::of_bytes(door, &self.planes[second]), scale);
+        (V::plus(first, origin), V::plus(second, origin))
     }
 
     #[inline(always)]
-    fn links(&self, lane: usize) -> Option<(u32, u32)> {
-        if lane >= usize::from(self.children) {
-            return None;
-        }
+    fn prefetch_links(&self) {}
+
+    #[inline(always)]
+    fn used(&self) -> u32 {
+        (1u32 << self.children.min(8)) - 1
+    }
+
+    #[inline(always)]
+    fn links(&self, lane: usize) -> (u32, u32) {
         let count = self.counts[lane];
         let first = if count == 0 {
             self.first_node.wrapping_add(nodes_before(self.counts, lane))
         } else {
             self.first_ref.wrapping_add(refs_before(self.counts, lane))
         };
-        Some((first, u32::from(count)))
+        (first, u32::from(count))
     }
+}
+
+/// Which rows of planes are the minima and maxima of an axis.
+#[inline(always)]
+fn rows(axis: usize, swapped: bool) -> [usize; 2] {
+    [axis + 3 * usize::from(swapped), axis + 3 * usize::from(!swapped)]
 }
 
 /// How many of the lanes before this one have no references.
@@ -86,11 +114,11 @@ mod tests {
     fn links_count_what_stands_in_the_lanes_before() {
         let counts = [255, 0, 255, 255, 0, 0, 255, 255];
         let node = CompactNode { children: 8, first_node: 10, first_ref: 100, counts, ..CompactNode::default() };
-        let links = (0..8).map(|lane| node.links(lane)).collect::<Option<Vec<_>>>().expect("eight children");
+        let links: Vec<(u32, u32)> = (0..8).map(|lane| node.links(lane)).collect();
         let nodes: Vec<u32> = links.iter().filter(|l| l.1 == 0).map(|l| l.0).collect();
         let refs: Vec<u32> = links.iter().filter(|l| l.1 > 0).map(|l| l.0).collect();
         assert_eq!(nodes, [10, 11, 12]);
         assert_eq!(refs, [100, 355, 610, 865, 1120]);
-        assert_eq!(CompactNode { children: 3, ..node }.links(3), None);
+        assert_eq!([0, 3, 8].map(|children| CompactNode { children, ..node }.used()), [0, 0b111, 0xFF]);
     }
 }

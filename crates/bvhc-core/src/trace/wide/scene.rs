@@ -1,3 +1,4 @@
+use super::block::TriangleBlock;
 use super::record::WideRecord;
 use crate::layout::{TriangleRecord, View, WideNode, WideRow};
 
@@ -10,18 +11,20 @@ pub struct WideView<'a, const N: usize, T = WideNode<N>> {
     pub nodes: &'a [T],
     /// One row for each tree.
     pub rows: &'a [WideRow],
-    /// Of [`CompactTrees`](super::CompactTrees) the triangle behind each reference; empty for others, whose references are those of the view.
+    /// The triangle of the tree that each reference of a leaf is: [`WideTrees::order`](super::WideTrees::order) or
+    /// [`CompactTrees::order`](super::CompactTrees::order).
     pub order: &'a [u32],
+    /// Of [`WideTrees`](super::WideTrees) the triangles behind each four references; empty for others.
+    pub blocks: &'a [TriangleBlock],
 }
 
 /// One wide tree.
 pub struct WideTree<'a, T> {
     pub nodes: &'a [T],
-    /// [`WideRow::waiting`].
-    pub waiting: u32,
     pub triangles: &'a [TriangleRecord],
-    /// The triangle of each reference, if the nodes have an order of their own.
+    /// The triangle of each reference that the leaves may name.
     pub order: &'a [u32],
+    pub blocks: &'a [TriangleBlock],
 }
 
 impl<'a, const N: usize, T: WideRecord<N>> WideView<'a, N, T> {
@@ -36,10 +39,11 @@ impl<'a, const N: usize, T: WideRecord<N>> WideView<'a, N, T> {
         let row = self.rows.get(blas)?;
         let start = usize::try_from(row.node_offset).ok()?;
         let nodes = self.nodes.get(start..start.checked_add(row.node_count as usize)?)?;
-        let order = match T::ORDERED {
-            true => self.order.get(first_triangle..first_triangle.checked_add(triangles.len())?)?,
-            false => &[],
+        // References in blocks are counted over all trees.
+        let order = match T::IN_BLOCKS {
+            true => self.order,
+            false => self.order.get(first_triangle..first_triangle.checked_add(triangles.len())?)?,
         };
-        Some(WideTree { nodes, waiting: row.waiting, triangles, order })
+        Some(WideTree { nodes, triangles, order, blocks: self.blocks })
     }
 }

@@ -1,7 +1,10 @@
+use super::block::{LANES, TriangleBlock};
 use super::{Collapse, CompactTrees, WideTrees, WideView};
 use crate::geom::{Aabb, Ray};
 use crate::layout::{BlasRecord, MAX_DEPTH, Node, TriangleRecord, View, WideNode, WideRow};
 use crate::random::Random;
+use crate::trace::intersect::{EdgeRay, Filter};
+use crate::trace::test::TriangleTest;
 use crate::trace::{Malformed, closest_hit};
 use bytemuck::Zeroable;
 
@@ -154,7 +157,8 @@ fn no_set_of_nodes_costs_less_than_the_plan() {
     }
 }
 
-/// Every reference once and in order, every box that of what is below, children in the first lanes, nodes before those below them.
+/// Every triangle once and in order, every box that of what is below, children in the first lanes, nodes before those below them, and leaves in blocks of
+/// their own.
 fn assert_sound<const N: usize>(scene: &Scene, trees: &WideTrees<N>) {
     let mut next_ref = 0;
     let mut next_node = 1;
@@ -187,11 +191,19 @@ fn assert_sound<const N: usize>(scene: &Scene, trees: &WideTrees<N>) {
             let union = (0..inside.children()).fold(Aabb::EMPTY, |b, l| b.union(inside.bounds(l)));
             assert_eq!(union, node.bounds(lane));
         } else {
-            assert_eq!(node.first[lane], next_ref);
-            next_ref += node.count[lane];
+            let (first, count) = (node.first[lane] as usize, node.count[lane]);
+            let refs: Vec<u32> = (next_ref..next_ref + count).collect();
+            assert_eq!((first % LANES, &trees.order[first..][..refs.len()]), (0, &refs[..]));
+            for (place, slot) in (first..).zip(&refs) {
+                let corners = trees.blocks[place / LANES].triangle(place % LANES).corners();
+                assert_eq!(corners, scene.triangles[*slot as usize].corners());
+            }
+            next_ref += count;
         }
     }
     assert_eq!(next_ref as usize, scene.triangles.len());
+    assert_eq!(trees.order.iter().filter(|slot| **slot != u32::MAX).count(), scene.triangles.len());
+    assert_eq!(trees.order.len(), trees.blocks.len() * LANES);
 }
 
 #[test]
@@ -215,7 +227,7 @@ fn leaves_in_another_order_are_kept_apart() {
     let mut scene = Scene::new(&three, &mut random);
     let leaves = |trees: WideTrees<8>| {
         let node = trees.nodes[0];
-        (0..node.children()).map(|lane| (node.first[lane], node.count[lane])).collect::<Vec<_>>()
+        (0..node.children()).map(|l| (trees.order[node.first[l] as usize], node.count[l])).collect::<Vec<_>>()
     };
     let collapse = Collapse { group_cost: 0.01, ..Collapse::default() };
     assert_eq!(leaves(WideTrees::new(&scene.view(), &collapse).unwrap()), [(0, 3)]);
@@ -244,8 +256,8 @@ fn assert_alike(wide: &WideTrees<8>, compact: &CompactTrees, scene: &Scene) {
                 pairs.push((node.first[lane] as usize, next_node));
                 next_node += 1;
             } else {
-                let refs: Vec<u32> = (node.first[lane]..).take(count).collect();
-                assert_eq!(compact.order[next_ref..next_ref + count], refs);
+                let refs = &wide.order[node.first[lane] as usize..][..count];
+                assert_eq!(&compact.order[next_ref..next_ref + count], refs);
                 next_ref += count;
             }
         }
@@ -277,8 +289,8 @@ fn compact_trees_are_the_wide_ones_and_answer_like_them() {
     }
     assert!(hits > 1000, "{hits}");
     let none = CompactTrees::new(&WideTrees {
-        nodes: vec![],
         rows: vec![WideRow { node_offset: 0, node_count: 0, waiting: 0 }],
+        ..WideTrees::default()
     });
     assert_eq!((none.nodes.len(), none.order.len(), none.rows.len()), (0, 0, 1));
 }
@@ -305,9 +317,9 @@ fn rays(count: usize, random: &mut Random) -> Vec<Ray> {
     (0..count).map(|_| Ray::new(point(8.0), point(2.0))).collect()
 }
 
-/// At each level of the deepest tree seven children wait: more than the short stack holds.
+/// At each level of the deepest tree seven children wait.
 #[test]
-fn the_deepest_trees_need_the_long_stack_and_no_more() {
+fn the_stack_has_room_for_the_deepest_trees() {
     let mut random = Random::new(6);
     let seven = |random: &mut Random| Sketch::random(7, random);
     let mut sketch = Sketch::Leaf(1);
@@ -317,7 +329,7 @@ fn the_deepest_trees_need_the_long_stack_and_no_more() {
     let scene = Scene::new(&sketch, &mut random);
     let view = scene.view();
     let trees = WideTrees::<8>::new(&view, &Collapse { max_leaf: 1, ..Collapse::default() }).unwrap();
-    assert!(trees.rows[0].waiting > 96, "{:?}", trees.rows);
+    assert!(trees.rows[0].waiting > 6 * (MAX_DEPTH - 6), "{:?}", trees.rows);
     for ray in rays(500, &mut random) {
         assert_eq!(trees.view(&view).closest_hit(&ray), closest_hit(&view, &ray), "{ray:?}");
     }
@@ -331,7 +343,7 @@ fn records_that_are_no_tree_end_in_an_error() {
     let trees = WideTrees::<8>::new(&view, &Collapse::default()).unwrap();
     let rays = rays(300, &mut random);
     let errors = |nodes: &[WideNode<8>], rows: &[WideRow]| {
-        let wide = WideView { view, nodes, rows, order: &[] };
+        let wide = WideView { nodes, rows, ..trees.view(&view) };
         rays.iter().filter_map(|ray| wide.closest_hit(ray).err()).collect::<Vec<_>>()
     };
     assert_eq!(errors(&trees.nodes, &trees.rows), []);
@@ -360,4 +372,52 @@ fn records_that_are_no_tree_end_in_an_error() {
     let view = View { nodes: &nodes, ..view };
     assert!(WideTrees::<8>::new(&view, &Collapse::default()).is_err());
     assert!(WideTrees::<8>::greedy(&view).is_err());
+}
+
+/// What the filter of four rejects, that of one does too, and what `decide` accepts, neither rejects.
+#[test]
+fn four_at_once_reject_no_more_than_one_by_one() {
+    let mut random = Random::new(10);
+    let special = |among: u64, random: &mut Random| match random.below(among) + 6 * u64::from(among == 1) {
+        0 => 0.0,
+        1 => 1.0,
+        2 => f32::MAX,
+        3 => -3.0e38,
+        4 => 1e-30,
+        5 => 1e18 * random.unit() as f32,
+        _ => 2.0 * random.unit() as f32 - 1.0,
+    };
+    let (mut rejected, mut more) = (0, 0);
+    for case in 0..40_000 {
+        // Half of them of ordinary numbers.
+        let among = [1, 12][case / 8 % 2];
+        let point = |random: &mut Random| [0; 3].map(|_| special(among, random));
+        let count = 1 + case % LANES;
+        let triangles: Vec<TriangleRecord> = (0..count)
+            .map(|_| {
+                let [v0, v1, v2] = [0; 3].map(|_| point(&mut random));
+                TriangleRecord { v0, v1, v2, ..TriangleRecord::zeroed() }
+            })
+            .collect();
+        let shift = [0.0, 1e-9][case % 2];
+        let origin = point(&mut random).map(|v| f64::from(v) * (1.0 + shift));
+        let direction = point(&mut random).map(f64::from);
+        if direction == [0.0; 3] {
+            continue;
+        }
+        let ray = EdgeRay::new(origin, direction);
+        let met = TriangleBlock::new(&triangles).may_cross(&Filter::new(&origin, &direction, ray.axis()));
+        for (lane, triangle) in triangles.iter().enumerate() {
+            let (one, exact) = match ray.axis() {
+                0 => (ray.surely_misses::<0>(triangle), ray.decide::<0>(triangle)),
+                1 => (ray.surely_misses::<1>(triangle), ray.decide::<1>(triangle)),
+                _ => (ray.surely_misses::<2>(triangle), ray.decide::<2>(triangle)),
+            };
+            let four = met & 1 << lane == 0;
+            assert!(!four || (one && exact.is_none()), "{origin:?} {direction:?} {triangle:?}");
+            rejected += u32::from(four && among == 1);
+            more += u32::from(one && !four && among == 1);
+        }
+    }
+    assert!(rejected > 10_000 && more < rejected / 100, "{rejected} rejected, {more} by the other alone");
 }
