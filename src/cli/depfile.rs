@@ -31,6 +31,27 @@ pub fn render(target: &Path, inputs: &[PathBuf], phony: bool) -> Result<Vec<u8>,
     Ok(out)
 }
 
+/// Say before a build that there is no place for its depfile: else the output would be there and nothing would know what it depends on.
+pub fn writable(path: &Path) -> Result<(), Failure> {
+    let refuse =
+        |fact: String| Failure::new(Exit::Io, format!("cannot write the depfile {}", names::path(path))).fact(fact);
+    if path.is_dir() {
+        return Err(refuse("it is a folder".into()).help("name a file with --depfile"));
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        let folder = names::path(folder);
+        return Err(refuse(format!("there is no folder {folder}")).help(format!("mkdir -p {folder}")));
+    }
+    // Opened for more text, a file that is there stays as it is; one that is not there must not appear.
+    let was_there = path.exists();
+    match File::options().append(true).create(true).open(path) {
+        Ok(_) if was_there => Ok(()),
+        Ok(_) => std::fs::remove_file(path).map_err(|e| refuse(e.to_string())),
+        Err(error) => Err(refuse(error.to_string()).help("name another file with --depfile")),
+    }
+}
+
 /// Refuse to write over a file that is no depfile as [`render`] makes it.
 pub fn may_replace(path: &Path) -> Result<(), Failure> {
     let Ok(metadata) = path.metadata() else { return Ok(()) };

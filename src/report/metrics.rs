@@ -144,14 +144,16 @@ pub enum NoCondition {
     Form,
     /// No metric has this name.
     Metric,
+    /// A share has no sign, so that it may be meant of the second file's value or of the change.
+    Sign,
 }
 
 impl Condition {
-    /// Read `METRIC > NUMBER`: with a sign before the number it is about the change from the first file to the second, with `%` behind it about the
+    /// Read `METRIC > NUMBER`: with a sign before the number it is about the change from the first file to the second, with `%` behind it, too, about the
     /// change as a share of the first, and with neither about the value in the second. `>=`, `<` and `<=` do as well.
     ///
     /// # Errors
-    /// Where the text has another form, and where no metric has the name.
+    /// Where the text has another form, a share has no sign, and where no metric has the name.
     pub fn parse(text: &str) -> Result<Condition, NoCondition> {
         let at = text.find(['<', '>']).ok_or(NoCondition::Form)?;
         let (name, rest) = (text[..at].trim(), &text[at..]);
@@ -161,6 +163,7 @@ impl Condition {
         let metric = Metric::named(name).ok_or(NoCondition::Metric)?.name;
         let is_signed = number.starts_with(['+', '-']);
         let (digits, side) = match number.strip_suffix('%') {
+            Some(_) if !is_signed => return Err(NoCondition::Sign),
             Some(digits) => (digits.trim(), Side::Relative),
             None => (number, if is_signed { Side::Change } else { Side::After }),
         };

@@ -29,6 +29,27 @@ fn awkward_model(place: &Place) -> &'static str {
 }
 
 #[test]
+fn nothing_is_built_whose_depfile_has_no_place() {
+    let place = Place::new();
+    place.write("a.obj", strip(3));
+    place.write("dep/x", "");
+    let name = if cfg!(unix) { "new\nline.obj" } else { "a.obj" };
+    place.write(name, strip(3));
+    for (depfile, code) in [("gone/a.d", 3), ("dep", 3)] {
+        let said = place.run(&format!("build a.obj -o a.bvhc --depfile {depfile}"));
+        assert!(said.code == code && said.err.contains("help:"), "{depfile}: {}", said.err);
+        assert!(!place.path("a.bvhc").exists(), "{depfile}");
+    }
+    if cfg!(unix) {
+        let said = place.command().args(["build", name, "-o", "b.bvhc", "--depfile", "b.d"]).output().unwrap();
+        assert_eq!(said.status.code(), Some(2));
+        assert!(!place.path("b.bvhc").exists() && !place.path("b.d").exists());
+    }
+    place.ok("build a.obj -o a.bvhc --depfile a.d --dry-run");
+    assert!(!place.path("a.d").exists());
+}
+
+#[test]
 fn it_names_target_and_inputs_as_given_also_when_up_to_date() {
     let place = Place::new();
     let (model, bin) = gltf("t");

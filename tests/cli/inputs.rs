@@ -221,5 +221,35 @@ fn warnings_are_errors_where_asked() {
     assert!(!place.path("f.bvhc").exists());
     place.ok("build f.%d.obj -o f.bvhc");
     let said = place.run("build f.%d.obj -o f.bvhc --warnings-as-errors");
-    assert!(said.code == 4 && said.err.contains("1 skipped primitives"), "{}", said.err);
+    assert!(said.code == 4 && said.err.contains("skipped primitives: 1"), "{}", said.err);
+}
+
+#[test]
+fn frames_that_are_empty_or_left_out_are_warnings_too() {
+    let place = Place::new();
+    let built = |pattern: &str| place.run(&format!("build {pattern} -o f.bvhc -q --warnings-as-errors")).code;
+    place.write("f.1.obj", strip(3));
+    place.write("f.2.obj", "v 0 0 0\n");
+    assert_eq!(built("f.%d.obj"), 4);
+    place.ok("build f.%d.obj -o f.bvhc -q");
+    assert_eq!(built("f.%d.obj"), 4, "up to date");
+    // A file of another padding is nobody's frame; that frames are missing is what --missing accepts.
+    place.write("f.2.obj", strip(3));
+    assert_eq!(built("f.%d.obj"), 0);
+    place.write("f.4.obj", strip(3));
+    assert_eq!(built("f.%d.obj --missing skip"), 0);
+    place.write("f.03.obj", strip(3));
+    assert_eq!(built("f.%d.obj --missing skip"), 4);
+}
+
+#[test]
+fn a_policy_that_was_typed_is_no_warning() {
+    let place = Place::new();
+    place.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\n");
+    for (options, code) in [("", 4), ("--degenerate drop", 0), ("--degenerate keep", 0), ("--degenerate error", 4)] {
+        assert_eq!(place.run(&format!("build a.obj -f --warnings-as-errors {options}")).code, code, "{options}");
+        assert_eq!(place.run(&format!("build a.obj --warnings-as-errors {options}")).code, code, "{options}, again");
+    }
+    place.write("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\nl 1 2\n");
+    assert_eq!(place.run("build b.obj --warnings-as-errors --degenerate drop").code, 4);
 }

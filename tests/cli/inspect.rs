@@ -283,6 +283,12 @@ fn stats_compares_two_files_and_judges_for_ci() {
     assert!(other.err.contains("and 14 triangles") && !same.err.contains("warning"), "{}", other.err);
     assert_eq!(place.run("stats --compare a.bvhc gone.bvhc").code, 3);
 
+    // A share without a sign may be meant of the value or of the change.
+    let unsigned = place.run("stats --compare a.bvhc b.bvhc --fail-if ray-cost>110%");
+    assert!(unsigned.code == 2 && unsigned.err.contains("+10%"), "{}", unsigned.err);
+    let told = place.run("stats --compare a.bvhc b.bvhc --rays 0 --fail-if nodes>+10% --fail-if depth>64");
+    assert!(told.out.contains("nodes>+10%: FAILED (it changed by +") && told.out.contains("depth>64: passed (it is "));
+
     let unknown = place.run("stats --compare a.bvhc b.bvhc --fail-if speed>1");
     assert!(unknown.code == 2 && unknown.err.contains("ray-cost") && unknown.err.contains("leaf-variability"));
     for args in

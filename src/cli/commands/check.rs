@@ -108,6 +108,11 @@ pub fn run(args: &CheckArgs, context: &Context) -> Result<Exit, Failure> {
 
 fn level(args: &CheckArgs) -> Result<Level, Failure> {
     match (args.level, &args.source) {
+        (Some(level), Some(_)) if level != LevelName::Source => {
+            Err(Failure::new(Exit::Usage, "cannot check against the source at a lower level")
+                .fact("--source names a model, and only --level source reads it")
+                .help("leave out --level, or --source"))
+        }
         (None, None) | (Some(LevelName::Tree), _) => Ok(Level::Tree),
         (None, Some(_)) | (Some(LevelName::Source), Some(_)) => Ok(Level::Source),
         (Some(LevelName::Quick), _) => Ok(Level::Quick),

@@ -7,7 +7,7 @@ use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::table::Table;
 use crate::report::file::FileReport;
-use crate::report::metrics::{Change, Condition, METRICS, NoCondition, Verdict};
+use crate::report::metrics::{Change, Condition, METRICS, NoCondition, Side, Verdict};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -26,6 +26,10 @@ pub fn parse_condition(text: &str) -> Result<Condition, String> {
     Condition::parse(text).map_err(|error| match error {
         NoCondition::Form => format!(
             "`{}` is no condition; write a figure, one of > >= < <=, and a number, such as 'ray-cost > +2%' or 'depth > 40'",
+            names::escape(text)
+        ),
+        NoCondition::Sign => format!(
+            "`{}` has a share without a sign; shares are of the change: +10% for a tenth more, -10% for a tenth less",
             names::escape(text)
         ),
         NoCondition::Metric => {
@@ -47,7 +51,7 @@ pub fn run(
     if triangles[0] != triangles[1] {
         let [a, b] = triangles.map(figures::count);
         context.terminal.warn(&format!(
-            "the files hold {a} and {b} triangles: trees of different models differ for the models' sake"
+            "the files hold {a} and {b} triangles: figures of different models say nothing of their trees"
         ));
     }
     let changes = Change::all(before, after);
@@ -90,13 +94,23 @@ fn text(changes: &[Change], verdicts: &[Verdict], paths: &[PathBuf]) -> String {
     }
     let mut text = table.render();
     for verdict in verdicts {
-        let told = if verdict.holds { "FAILED, since this holds" } else { "passed" };
-        text.push_str(&format!("\n{}: {told}", names::escape(&verdict.condition)));
+        let told = if verdict.holds { "FAILED" } else { "passed" };
+        text.push_str(&format!("\n{}: {told} ({})", names::escape(&verdict.condition), found(verdict)));
     }
     if !verdicts.is_empty() {
         text.push('\n');
     }
     text
+}
+
+/// What was held against a condition's number.
+fn found(verdict: &Verdict) -> String {
+    match (verdict.of, verdict.value) {
+        (_, None) => format!("{} was 0 before, and is not now", verdict.metric),
+        (Side::Relative, Some(value)) => format!("it changed by {:+.2} %", 100.0 * value),
+        (Side::Change, Some(value)) => format!("it changed by {:+}", round(value)),
+        (Side::After, Some(value)) => format!("it is {}", number(value)),
+    }
 }
 
 fn number(value: f64) -> String {

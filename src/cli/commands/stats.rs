@@ -58,7 +58,7 @@ pub struct StatsArgs {
     #[arg(long, conflicts_with_all = ["csv", "frames", "depths"])]
     compare: bool,
     /// With --compare: exit with 8 where this holds, such as 'ray-cost > +2%', 'sah > +0.5' or 'depth > 40'; may be given again. A sign asks for the
-    /// change, % for its share, neither for the second file's value
+    /// change, with % for its share, neither for the second file's value
     #[arg(long = "fail-if", value_name = "CONDITION", requires = "compare", value_parser = compare::parse_condition)]
     fail_if: Vec<Condition>,
 }

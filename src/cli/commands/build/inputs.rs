@@ -2,6 +2,7 @@
 
 use super::BuildArgs;
 use super::frames::{self, Frame};
+use super::make;
 use super::plan::{Input, Job};
 use crate::cli::Context;
 use crate::cli::exit::Exit;
@@ -35,6 +36,9 @@ pub fn expand(args: &BuildArgs, context: &Context) -> Result<Vec<Input>, Failure
         } else if let Some(sequence) = frames::resolve(path, &args.frames) {
             let sequence = sequence?;
             sequence.warnings.iter().for_each(|warning| context.terminal.warn(warning));
+            if args.warnings_as_errors && !sequence.unasked.is_empty() {
+                return Err(make::with_warnings(&names::path(path), &sequence.unasked));
+            }
             context.terminal.detail(&sequence.summary);
             let input = |frame: Frame| Input { frame: Some((frame.number, frame.path)), ..plain(frame.model) };
             inputs.extend(sequence.frames.into_iter().map(input));

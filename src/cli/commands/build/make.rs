@@ -5,6 +5,7 @@ use super::options::NodeForm;
 use super::outcome::{Arrival, Built, Model, Times};
 use super::plan::{Job, same_file};
 use super::remarks::Remarks;
+use super::sequence;
 use super::{BuildArgs, Empty};
 use crate::build::BuildOptions;
 use crate::cache::keys::Recipe;
@@ -84,7 +85,9 @@ impl Workshop<'_> {
             told.push("there is no triangle in it".to_string());
         }
         told.iter().for_each(|warning| terminal.warn(&format!("{model}: {warning}")));
-        self.forgive(&model, &told)?;
+        let mut unasked = remarks.unasked(self.build.levels, self.accepts_degenerate());
+        unasked.extend(told.iter().skip(remarks.warnings(self.build.levels).len()).cloned());
+        self.forgive(&model, &unasked)?;
         if let Some(posed) = &posed {
             self.tell_moment(&model, posed);
             told.push(posed.to_string());
@@ -149,12 +152,22 @@ impl Workshop<'_> {
             return self.rehearse(job).map(drop);
         }
         let counts = caches::head(&job.output, self.context)?.meta.map_or_else(Vec::new, |meta| meta.read_counts);
-        let told = |(name, count): &(String, u64)| {
-            (*count > 0 && name != "unreferenced_positions")
-                .then(|| format!("{} {}", figures::count(*count), name.replace('_', " ")))
+        let accepted = |name: &str| {
+            name == "unreferenced_positions" || (name == "degenerate_triangles" && self.accepts_degenerate())
         };
-        let told: Vec<String> = counts.iter().filter_map(told).collect();
+        let told = |(name, count): &(String, u64)| {
+            (*count > 0 && !accepted(name)).then(|| {
+                format!("{}: {} in the frame with most of them", name.replace('_', " "), figures::count(*count))
+            })
+        };
+        let mut told: Vec<String> = counts.iter().filter_map(told).collect();
+        told.extend(sequence::empty_frames(&job.output, self.context)?);
         self.forgive(&names::path(&job.output), &told)
+    }
+
+    /// Whether a policy for triangles without area was typed, so that they are no news.
+    pub(super) fn accepts_degenerate(&self) -> bool {
+        self.args.read.model.degenerate.is_some()
     }
 
     /// Refuse a model of which something was told, where that is asked for.
@@ -162,11 +175,7 @@ impl Workshop<'_> {
         if !self.args.warnings_as_errors || told.is_empty() {
             return Ok(());
         }
-        let failure = Failure::new(Exit::Model, format!("cannot take {model} without warnings"));
-        Err(told
-            .iter()
-            .fold(failure, |failure, line| failure.fact(line.clone()))
-            .help("mend the model, or leave out --warnings-as-errors"))
+        Err(with_warnings(model, told))
     }
 
     fn read(&self, job: &Job, bar: &Bar) -> Result<Scene, Failure> {
@@ -204,6 +213,13 @@ impl Workshop<'_> {
             .fact("another process replaced it after it was written")
             .help("run one build of an output at a time"))
     }
+}
+
+/// The failure where warnings are errors.
+pub(super) fn with_warnings(model: &str, told: &[String]) -> Failure {
+    let failure = Failure::new(Exit::Model, format!("cannot take {model} without warnings"));
+    let failure = told.iter().fold(failure, |failure, line| failure.fact(line.clone()));
+    failure.help("mend the model, or leave out --warnings-as-errors; triangles without area are accepted where --degenerate is given")
 }
 
 /// An editor or exporter may write while we read: then the tree is of no model that ever was.

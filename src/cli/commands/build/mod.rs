@@ -203,6 +203,11 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
     if let Some(path) = args.depfile.path.as_ref().filter(|_| !args.force) {
         depfile::may_replace(path)?;
     }
+    if let Some(path) = &args.depfile.path {
+        depfile::writable(path)?;
+        let model = job.bytes.is_none().then(|| job.input.clone());
+        depfile::render(depfile_target(job, args), model.as_slice(), args.depfile.phony)?;
+    }
     let recipe = match &job.frames {
         Some(frames) => &sequence::recipe(workshop, frames),
         None => &workshop.recipe,
@@ -267,9 +272,13 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
     Ok((outcome, line))
 }
 
+fn depfile_target<'a>(job: &'a Job, args: &'a BuildArgs) -> &'a Path {
+    args.depfile.target.as_deref().unwrap_or(&job.output)
+}
+
 fn write_depfile(job: &Job, args: &BuildArgs, inputs: &[PathBuf], terminal: &Terminal) -> Result<(), Failure> {
     let Some(path) = &args.depfile.path else { return Ok(()) };
-    let target = args.depfile.target.as_deref().unwrap_or(&job.output);
+    let target = depfile_target(job, args);
     if args.depfile.target.is_none() && target.as_os_str().as_encoded_bytes().contains(&b'%') {
         let name = names::path(target);
         let quoted = name.trim_matches('\'').replace('%', "\\%");

@@ -55,6 +55,15 @@ impl Remarks<'_> {
         lines
     }
 
+    /// The warnings that nobody asked for: all, but for triangles without area where a policy for them was typed.
+    pub fn unasked(&self, levels: Levels, accepts_degenerate: bool) -> Vec<String> {
+        if !accepts_degenerate {
+            return self.warnings(levels);
+        }
+        let report = ReadReport { degenerate_triangles: 0, ..self.report.clone() };
+        Remarks { report: &report, read: self.read, rounding: self.rounding, placing: self.placing }.warnings(levels)
+    }
+
     /// What reading had to decide where the model does not say or may not be followed, each as a sentence.
     fn decided(&self) -> Vec<String> {
         let report = self.report;

@@ -173,6 +173,8 @@ pub struct Sequence {
     pub summary: String,
     /// What might not be meant, as warnings.
     pub warnings: Vec<String>,
+    /// Those of them that `--missing` does not ask for.
+    pub unasked: Vec<String>,
 }
 
 /// What to do about a name that is not quite a pattern.
@@ -285,6 +287,7 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
         let done = if args.missing == Missing::Hold { "the frame before is held" } else { "left out" };
         warnings.push(format!("{shown}: {missing} ({done})"));
     }
+    let asked = warnings.len();
     if let Some((name, _)) = folder.padded.values().next() {
         let count = figures::counted(folder.padded.len() as u64, "file", "files");
         warnings.push(format!("{shown}: {count} with another padding left out, such as {}", names::escape(name)));
@@ -293,7 +296,8 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
         warnings.push(format!("{shown}: a frame number beyond {} left out: {}", i32::MAX, names::escape(name)));
     }
     let summary = format!("{shown}: {there}");
-    Ok(Sequence { frames, summary, warnings })
+    let unasked = warnings[asked..].to_vec();
+    Ok(Sequence { frames, summary, warnings, unasked })
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use super::remarks::Remarks;
 use crate::build::{BuildOptions, Levels, Named, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Meta, WriteSummary};
+use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
@@ -24,6 +25,7 @@ use crate::cli::progress::Bar;
 use crate::scene::{self, Animation, Clip, Degenerate, InputFile, ReadOptions, Scene, Seconds};
 use crate::sequence::{FrameLabel, Incoming, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees};
 use again::Plan;
+use std::path::Path;
 use std::time::{Duration, Instant};
 use told::{Arrived, Told, arrive};
 
@@ -132,10 +134,10 @@ impl Workshop<'_> {
             return Err(remarks.nothing(&model));
         }
         let mut lines = remarks.warnings(Levels::Two);
-        let empty = frames.iter().filter(|frame| frame.triangles == 0).count() as u64;
-        if empty > 0 {
-            lines.push(format!("there is no triangle in {}", figures::counted(empty, "frame", "frames")));
-        }
+        let empty = nothing_in(frames.iter().filter(|frame| frame.triangles == 0).count() as u64);
+        let mut unasked = remarks.unasked(Levels::Two, self.accepts_degenerate());
+        unasked.extend(empty.clone());
+        lines.extend(empty);
         let place = match troubled[..] {
             [] => name.clone(),
             [only] => format!("{name}, frame {only}"),
@@ -144,7 +146,7 @@ impl Workshop<'_> {
             }
         };
         lines.iter().for_each(|line| self.context.terminal.warn(&format!("{place}: {line}")));
-        self.forgive(&place, &lines)?;
+        self.forgive(&place, &unasked)?;
 
         bar.spin("writing");
         let build_time = start.elapsed().saturating_sub(read_time);
@@ -354,7 +356,9 @@ impl Workshop<'_> {
             && let Some((from, to)) = range
             && (keys.holds_at(from) || keys.holds_at(to))
         {
-            let note = format!("{model}: {shown} holds its first or last value in part of {from} to {to} s ({keys})");
+            let all = to.get() < f64::from(keys.first) || from.get() > f64::from(keys.last);
+            let part = if all { "all" } else { "part" };
+            let note = format!("{model}: {shown} holds its first or last value in {part} of {from} to {to} s ({keys})");
             self.context.terminal.note(&note);
         }
         self.context.terminal.detail(&format!("{model}: {shown}: {count} from {first} s on, {rate} a second{why}"));
@@ -367,6 +371,21 @@ impl Workshop<'_> {
             None => Ok(()),
         }
     }
+}
+
+/// How many frames of a file have no triangle, if any, as the build told it.
+pub fn empty_frames(path: &Path, context: &Context) -> Result<Option<String>, Failure> {
+    let sequence = caches::open_sequence(path, context)?;
+    let mut empty = 0;
+    for index in 0..sequence.frame_count() {
+        let frame = sequence.frame_on(index, &context.exec).map_err(|e| caches::failure(&e))?;
+        empty += u64::from(frame.view().instances.is_empty());
+    }
+    Ok(nothing_in(empty))
+}
+
+fn nothing_in(frames: u64) -> Option<String> {
+    (frames > 0).then(|| format!("there is no triangle in {}", figures::counted(frames, "frame", "frames")))
 }
 
 impl From<SequenceError> for Failure {
