@@ -239,9 +239,10 @@ impl Workshop<'_> {
         let prior = self.prior(job, list);
         if let Some(trees) = self.surveys(list.len()) {
             bar.spin("looking at frames of");
-            let mut scenes = Vec::new();
-            for index in some(list.len()) {
-                let (scene, took) = read_one(&list[index])?;
+            let read: Vec<_> = exec.map(some(list.len()).collect(), |_, index| (index, read_one(&list[index])));
+            let mut scenes = Vec::with_capacity(read.len());
+            for (index, one) in read {
+                let (scene, took) = one?;
                 told.read_time += took;
                 told.read.insert(index);
                 told.inputs(&scene.inputs);
