@@ -121,8 +121,8 @@ impl Workshop<'_> {
         }
         self.not_an_input(job, &told.inputs)?;
 
-        let Told { mut report, rounding, placing, inputs, frames, read_time, troubled, changed, read: were_read } =
-            told;
+        let read_time = told.reading(start.elapsed());
+        let Told { mut report, rounding, placing, inputs, frames, troubled, changed, read: were_read, .. } = told;
         if let Some(path) = changed {
             return Err(changed_meanwhile(&path));
         }
@@ -248,7 +248,9 @@ impl Workshop<'_> {
                 told.inputs(&scene.inputs);
                 scenes.push(scene);
             }
+            let start = Instant::now();
             builder.survey(scenes, trees).map_err(|e| failure(&e))?;
+            told.add_time += start.elapsed();
         }
         bar.phase("frames of", list.len() as u64);
         let preparer = builder.preparer();
@@ -262,7 +264,7 @@ impl Workshop<'_> {
             Some(prior) => self.take(prior, builder, read_one)?,
             None => Plan::read_all(),
         };
-        builder.add_all(
+        let adding = builder.add_all(
             list.len(),
             |some| {
                 let ready = some.map(|index| (index, plan.ready(index, &list[index]))).collect();
@@ -275,7 +277,9 @@ impl Workshop<'_> {
                 bar.set(i as u64 + 1, list.len() as u64);
                 Ok(())
             },
-        )
+        )?;
+        told.add_time += adding;
+        Ok(())
     }
 
     fn clip(
@@ -293,11 +297,13 @@ impl Workshop<'_> {
             let scenes: Result<Vec<Scene>, _> = some(times.len()).map(|index| clip.at(times[index])).collect();
             let scenes = scenes.map_err(|e| caches::scene_failure(&e))?;
             told.read_time += start.elapsed();
+            let start = Instant::now();
             builder.survey(scenes, trees).map_err(|e| failure(&e))?;
+            told.add_time += start.elapsed();
         }
         bar.phase("frames of", times.len() as u64);
         let preparer = builder.preparer();
-        builder.add_all(
+        let adding = builder.add_all(
             times.len(),
             |some| {
                 some.map(|i| {
@@ -315,7 +321,9 @@ impl Workshop<'_> {
                 bar.set(i as u64 + 1, times.len() as u64);
                 Ok(())
             },
-        )
+        )?;
+        told.add_time += adding;
+        Ok(())
     }
 
     /// The times at which a clip is posed, and why those.
