@@ -77,7 +77,6 @@ class Bench:
         print("| " + " | ".join(map(str, cells)) + " |", flush=True)
         return result, file
 
-
     def at_work(self, frames, jobs):
         """Build on so many threads: seconds on the clock, of processors, and how many threads were at work on average."""
         file = self.folder / f"threads.{frames}.bvhc"
