@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 """A long sequence: how long each phase takes, how much memory, and what a second build and one of an edited frame do.
 
-    benches/sequence.py [--bvhc target/release/bvhc] [--frames 1000] [--side 123] [--folder DIR] [-- BUILD-OPTION…]
+    benches/sequence.py [--bvhc target/release/bvhc] [--frames 1000] [--side 123] [--folder DIR] [--threads ROUNDS] [-- BUILD-OPTION…]
 
 The frame that is edited stands right behind the middle; where it is one of those that trees are made of, all are read. Writes that many frames of a cloth in waves (2 · (side - 1)² triangles; 123 makes 29,768) into a folder, needs about 3 GB there, and removes them.
+With `--threads`, builds on one thread and on two take turns instead, so many of each, and the table says how much is gained. Processor time does not grow while other programs run; neither does the
+number of threads at work, on Linux: the time that threads ran or waited for a processor, as a share of the build's. What two processors of their own would gain follows from both.
+
 Only Python's own library is needed. Counts and memory are the program's own (its largest resident set, which has the pages of the file that was there, if one was); times depend on the machine and on what
 else it does.
 """
@@ -12,9 +15,12 @@ import argparse
 import filecmp
 import json
 import math
+import os
+import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 
@@ -71,6 +77,46 @@ class Bench:
         print("| " + " | ".join(map(str, cells)) + " |", flush=True)
         return result, file
 
+    def at_work(self, frames, jobs):
+        """Build on so many threads: seconds on the clock, of processors, and how many threads were at work on average."""
+        file = self.folder / f"threads.{frames}.bvhc"
+        file.unlink(missing_ok=True)
+        pattern = self.folder / "cloth.%04d.obj"
+        options = ["--frames", f"1-{frames}", "--jobs", jobs, "--no-check", "--quiet", *self.options]
+        start, wanted = time.monotonic(), {}
+        run = subprocess.Popen(list(map(str, [self.bvhc, "build", pattern, "-o", file, *options])))
+        while True:
+            # What the threads had last is lost once the program has ended, so it is read every other moment.
+            pid, status, usage = os.wait4(run.pid, os.WNOHANG)
+            if pid:
+                break
+            for thread in Path(f"/proc/{run.pid}/task").glob("*/schedstat"):
+                try:
+                    ran, waited, _ = map(int, thread.read_text().split())
+                    wanted[thread] = (ran + waited) / 1e9
+                except (OSError, ValueError):
+                    pass
+            time.sleep(0.01)
+        seconds = time.monotonic() - start
+        run.returncode = os.waitstatus_to_exitcode(status)
+        if run.returncode:
+            sys.exit(f"{jobs} threads: exit code {run.returncode}")
+        return seconds, usage.ru_utime + usage.ru_stime, sum(wanted.values()) / seconds
+
+
+def compare_threads(bench, frames, rounds):
+    runs = {1: [], 2: []}
+    for _ in range(rounds):
+        for jobs, some in runs.items():
+            some.append(bench.at_work(frames, jobs))
+    one, two = ([statistics.median(column) for column in zip(*some)] for some in runs.values())
+    print("| threads | clock, s | processors, s | threads at work |")
+    print("|--:|--:|--:|--:|")
+    for jobs, (seconds, processors, at_work) in ((1, one), (2, two)):
+        print(f"| {jobs} | {seconds:.1f} | {processors:.1f} | {at_work:.2f} |")
+    gain = two[2] / one[2] * one[1] / two[1]
+    print(f"\nTwo threads are {one[0] / two[0]:.2f} times as quick by the clock, and {gain:.2f} times with a processor for each.")
+
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -78,12 +124,15 @@ def main():
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument("--side", type=int, default=123)
     parser.add_argument("--folder", help="where frames and files go; default: the system's for temporary files")
+    parser.add_argument("--threads", type=int, metavar="ROUNDS", help="compare one thread with two")
     parser.add_argument("options", nargs="*", help="options of bvhc build, after --")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=args.folder) as folder:
         folder = Path(folder)
         wave, faces = write_frames(folder, args.frames, args.side)
         bench = Bench(args.bvhc, folder, args.options)
+        if args.threads:
+            return compare_threads(bench, args.frames, args.threads)
         few = max(args.frames // 10, 1)
         print("| | frames read | trees built | refitted | taken | read, s | build, s | write, s | total, s | peak memory, MiB |")
         print("|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|")

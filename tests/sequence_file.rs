@@ -10,7 +10,7 @@ use bvhc::cache::{
 use bvhc::exec::Executor;
 use bvhc::geom::{Aabb, Affine, Ray};
 use bvhc::scene::{self, Degenerate, Format, ReadOptions, Scene};
-use bvhc::sequence::{FrameLabel, FrameOutcome, Refit, RefitPolicy, SequenceBuilder};
+use bvhc::sequence::{FrameLabel, FrameOutcome, Refit, RefitPolicy, SequenceBuilder, Trees};
 use bvhc::trace::closest_hit;
 use bvhc::tree::Node;
 use std::fmt::Write as _;
@@ -313,18 +313,23 @@ fn boxes_that_are_cut_stay_as_they_are() {
 
 #[test]
 fn the_file_does_not_depend_on_threads() {
-    let bytes = |threads| {
+    let bytes = |threads, trees| {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.bvhc");
         let exec = Executor::new(threads).unwrap();
         let policy = RefitPolicy::default();
         let mut builder =
             SequenceBuilder::new(&path, &BuildOptions::default(), policy, Codec::Raw, &exec, &NoProgress).unwrap();
+        if let Some(trees) = trees {
+            builder.survey((0..3).map(|i| sheet(i as f32 * 0.2, 24)).collect(), trees).unwrap();
+        }
         for i in 0..3 {
             builder.add(sheet(i as f32 * 0.2, 24), FrameLabel { number: i, time: None, held: false }).unwrap();
         }
         builder.finish(&meta()).unwrap();
         std::fs::read(path).unwrap()
     };
-    assert_eq!(bytes(1), bytes(5));
+    for trees in [None, Some(Trees::Auto)] {
+        assert!(bytes(1, trees) == bytes(5, trees), "{trees:?}");
+    }
 }

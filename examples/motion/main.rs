@@ -1,5 +1,5 @@
 //! Trees for animations beside a new tree in every frame:
-//! `cargo run --release --example motion -- [--builders] [--each] [--frames N] [--rays N] [--jobs N] MODEL[:ANIMATION]…`
+//! `cargo run --release --example motion -- [--builders|--splits] [--each] [--frames N] [--rays N] [--jobs N] MODEL[:ANIMATION]…`
 //!
 //! MODEL is a glTF file, and ANIMATION the number of one of its animations, 0 if it is left out; or a folder of OBJ files that are frames. Of a glTF
 //! animation N frames are taken (24), evenly from its first key to its last. Everything is one mesh in world space.
@@ -10,10 +10,12 @@
 //! with one job nothing else is counted. `best frame` knows all frames' trees, and its time is not stated, nor is that of `first frame`. `refit to R` is
 //! what `bvhc build --trees first --rebuild-ratio R` does: its trees are counted with those that were built in vain.
 //!
-//! `--builders` prints another table: what a ray costs in the trees of several builders, rebuilt in every frame or refitted to it (`builders.rs`).
+//! `--builders` prints another table: what a ray costs in the trees of several builders, rebuilt in every frame or refitted to it (`builders.rs`). `--splits` prints a third:
+//! what spatial splits leave once their trees hold whole triangles (`splits.rs`).
 
 mod builders;
 mod clip;
+mod splits;
 
 use bvhc::build::motion::{self, Cost, RefitPolicy, Trees};
 use bvhc::build::{BuildOptions, Executor, Method, NoProgress, Preset};
@@ -23,9 +25,15 @@ use std::error::Error;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
+enum Table {
+    Ways,
+    Builders,
+    Splits,
+}
+
 fn main() -> Result<()> {
     let (mut frames, mut rays, mut jobs, mut models) = (24, 4096, 1, Vec::new());
-    let (mut is_of_builders, mut each) = (false, false);
+    let (mut table, mut each) = (Table::Ways, false);
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         let mut number = || args.next().and_then(|n| n.parse().ok()).ok_or("a number after the option");
@@ -33,24 +41,27 @@ fn main() -> Result<()> {
             "--frames" => frames = number()?,
             "--rays" => rays = number()?,
             "--jobs" => jobs = number()?,
-            "--builders" => is_of_builders = true,
+            "--builders" => table = Table::Builders,
+            "--splits" => table = Table::Splits,
             "--each" => each = true,
             _ => models.push(arg),
         }
     }
     let exec = Executor::new(jobs)?;
-    if is_of_builders {
-        builders::heading();
-    } else {
-        println!("| clip | triangles | frames | way | trees | SAH mean | worst | rays mean | worst | time |");
-        println!("|---|--:|--:|---|--:|--:|--:|--:|--:|--:|");
+    match table {
+        Table::Builders => builders::heading(),
+        Table::Splits => splits::heading(),
+        Table::Ways => {
+            println!("| clip | triangles | frames | way | trees | SAH mean | worst | rays mean | worst | time |");
+            println!("|---|--:|--:|---|--:|--:|--:|--:|--:|--:|");
+        }
     }
     for model in &models {
         let clip = clip::read(model, frames)?;
-        if is_of_builders {
-            builders::measure(&clip, rays, each, &exec)?;
-        } else {
-            measure(&clip, rays, &exec)?;
+        match table {
+            Table::Builders => builders::measure(&clip, rays, each, &exec)?,
+            Table::Splits => splits::measure(&clip, rays, &exec)?,
+            Table::Ways => measure(&clip, rays, &exec)?,
         }
     }
     Ok(())

@@ -6,6 +6,7 @@ use crate::compile::{self, LaidOut};
 use crate::exec::Executor;
 use crate::scene::Scene;
 use std::ops::Range;
+use std::time::{Duration, Instant};
 
 /// Frames that are read together. As many more are being built, and no other frame is in memory.
 pub const TOGETHER: usize = 4;
@@ -48,7 +49,8 @@ impl Preparer<'_> {
 
 impl SequenceBuilder<'_> {
     /// Add `count` frames in their order. `read` gives some of them, [`TOGETHER`] at most, in order, and may use all threads; while these are added, it is asked
-    /// for the next ones. `read_after_all` gives one that was [not read](PreparedFrame::unread) and has to be. `added` is told of each frame that was added.
+    /// for the next ones. `read_after_all` gives one that was [not read](PreparedFrame::unread) and has to be. `added` is told of each frame that was added. How long
+    /// adding took; frames were read at the same time.
     ///
     /// # Errors
     /// The first that `read` or `added` gives, in the order of the frames, or that adding does.
@@ -58,8 +60,8 @@ impl SequenceBuilder<'_> {
         mut read: impl FnMut(Range<usize>) -> Result<Vec<Incoming<T>>, E> + Send,
         mut read_after_all: impl FnMut(usize) -> Result<Incoming<T>, E> + Send,
         mut added: impl FnMut(usize, FrameOutcome, T) -> Result<(), E> + Send,
-    ) -> Result<(), E> {
-        let exec = self.exec;
+    ) -> Result<Duration, E> {
+        let (exec, mut spent) = (self.exec, Duration::ZERO);
         let some = |start: usize| start.min(count)..(start + TOGETHER).min(count);
         let mut next = read(some(0))?;
         for start in (0..count).step_by(TOGETHER) {
@@ -67,10 +69,16 @@ impl SequenceBuilder<'_> {
             let ahead = some(start + TOGETHER);
             let add = || {
                 for (i, Incoming { frame, label, told }) in now.into_iter().enumerate() {
-                    let (mut told, mut outcome) = (told, self.add_prepared(frame, label)?);
+                    let mut add = |frame, label| {
+                        let start = Instant::now();
+                        let outcome = self.add_prepared(frame, label);
+                        spent += start.elapsed();
+                        outcome
+                    };
+                    let (mut told, mut outcome) = (told, add(frame, label)?);
                     if outcome.is_none() {
                         let again = read_after_all(start + i)?;
-                        (told, outcome) = (again.told, self.add_prepared(again.frame, again.label)?);
+                        (told, outcome) = (again.told, add(again.frame, again.label)?);
                     }
                     // A frame that was read is always added.
                     if let Some(outcome) = outcome {
@@ -83,7 +91,7 @@ impl SequenceBuilder<'_> {
             done?;
             next = read_ahead?;
         }
-        Ok(())
+        Ok(spent)
     }
 }
 

@@ -180,8 +180,8 @@ impl<'a> SequenceBuilder<'a> {
     /// Where a scene cannot be built.
     pub fn survey(&mut self, frames: Vec<Scene>, trees: Trees) -> Result<(), SequenceError> {
         let mut survey = Survey::default();
-        for scene in frames {
-            let mut meshes = compile::lay_out(scene, &self.options, self.exec)?.meshes;
+        for laid in self.exec.map(frames, |_, scene| compile::lay_out(scene, &self.options, self.exec)) {
+            let mut meshes = laid?.meshes;
             meshes.iter_mut().for_each(|mesh| _ = self.cuts.apply(mesh));
             survey.add(meshes);
         }

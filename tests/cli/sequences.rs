@@ -291,6 +291,12 @@ fn trees_for_all_frames_cost_less_than_that_of_the_first() {
     };
     let (first, one, three) = (mean("--trees first"), mean("--trees 1"), mean("--trees 3"));
     assert!(one < first && three <= one * 1.001, "{first} {one} {three}");
+    // The frames that the trees are made of are read together, by as many threads as there are.
+    let [alone, together] = [1, 4].map(|jobs| {
+        place.ok(&format!("build in/wave.%03d.obj -o by{jobs}.bvhc --jobs {jobs}"));
+        std::fs::read(place.path(&format!("by{jobs}.bvhc"))).unwrap()
+    });
+    assert!(alone == together);
     for wrong in ["0", "9", "many"] {
         assert_eq!(place.run(&format!("build in/wave.%03d.obj -o wave.bvhc --trees {wrong}")).code, 2);
     }

@@ -123,8 +123,8 @@ impl Workshop<'_> {
         }
         self.not_an_input(job, &told.inputs)?;
 
-        let Told { mut report, rounding, placing, inputs, frames, read_time, troubled, changed, read: were_read } =
-            told;
+        let read_time = told.reading(start.elapsed());
+        let Told { mut report, rounding, placing, inputs, frames, troubled, changed, read: were_read, .. } = told;
         if let Some(path) = changed {
             return Err(changed_meanwhile(&path));
         }
@@ -241,15 +241,18 @@ impl Workshop<'_> {
         let prior = self.prior(job, list);
         if let Some(trees) = self.surveys(list.len()) {
             bar.spin("looking at frames of");
-            let mut scenes = Vec::new();
-            for index in some(list.len()) {
-                let (scene, took) = read_one(&list[index])?;
+            let read: Vec<_> = exec.map(some(list.len()).collect(), |_, index| (index, read_one(&list[index])));
+            let mut scenes = Vec::with_capacity(read.len());
+            for (index, one) in read {
+                let (scene, took) = one?;
                 told.read_time += took;
                 told.read.insert(index);
                 told.inputs(&scene.inputs);
                 scenes.push(scene);
             }
+            let start = Instant::now();
             builder.survey(scenes, trees).map_err(|e| failure(&e))?;
+            told.add_time += start.elapsed();
         }
         bar.phase("frames of", list.len() as u64);
         let preparer = builder.preparer();
@@ -263,7 +266,7 @@ impl Workshop<'_> {
             Some(prior) => self.take(prior, builder, read_one)?,
             None => Plan::read_all(),
         };
-        builder.add_all(
+        let adding = builder.add_all(
             list.len(),
             |some| {
                 let ready = some.map(|index| (index, plan.ready(index, &list[index]))).collect();
@@ -276,7 +279,9 @@ impl Workshop<'_> {
                 bar.set(i as u64 + 1, list.len() as u64);
                 Ok(())
             },
-        )
+        )?;
+        told.add_time += adding;
+        Ok(())
     }
 
     fn clip(
@@ -294,11 +299,13 @@ impl Workshop<'_> {
             let scenes: Result<Vec<Scene>, _> = some(times.len()).map(|index| clip.at(times[index])).collect();
             let scenes = scenes.map_err(|e| caches::scene_failure(&e))?;
             told.read_time += start.elapsed();
+            let start = Instant::now();
             builder.survey(scenes, trees).map_err(|e| failure(&e))?;
+            told.add_time += start.elapsed();
         }
         bar.phase("frames of", times.len() as u64);
         let preparer = builder.preparer();
-        builder.add_all(
+        let adding = builder.add_all(
             times.len(),
             |some| {
                 some.map(|i| {
@@ -316,7 +323,9 @@ impl Workshop<'_> {
                 bar.set(i as u64 + 1, times.len() as u64);
                 Ok(())
             },
-        )
+        )?;
+        told.add_time += adding;
+        Ok(())
     }
 
     /// The times at which a clip is posed, and why those.

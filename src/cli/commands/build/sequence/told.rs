@@ -18,7 +18,10 @@ pub struct Told {
     pub placing: Placing,
     pub inputs: Vec<InputFile>,
     pub frames: Vec<FrameOutcome>,
+    /// What reading took, added up over all threads.
     pub read_time: Duration,
+    /// What making trees and adding frames took, while others were read.
+    pub add_time: Duration,
     /// Which frames were read or posed, counted from 0.
     pub read: BTreeSet<usize>,
     /// The numbers of the frames that did not arrive whole.
@@ -65,6 +68,12 @@ pub fn arrive(
 }
 
 impl Told {
+    /// How much of a time in which frames were read and added, the one beside the other, went into reading.
+    pub fn reading(&self, of: Duration) -> Duration {
+        let [read, add] = [self.read_time, self.add_time].map(|time| time.as_secs_f64());
+        if read + add > 0.0 { of.mul_f64(read / (read + add)) } else { Duration::ZERO }
+    }
+
     /// Files that were read. One that is read twice and is another then has changed between.
     pub fn inputs(&mut self, inputs: &[InputFile]) {
         for input in inputs {
@@ -112,6 +121,14 @@ impl Told {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_several_threads_read_at_once_is_not_counted_twice() {
+        let seconds = Duration::from_secs;
+        let told = Told { read_time: seconds(6), add_time: seconds(2), ..Told::default() };
+        assert_eq!(told.reading(seconds(4)), seconds(3));
+        assert_eq!(Told::default().reading(seconds(4)), seconds(0));
+    }
 
     #[test]
     fn a_file_that_is_another_when_it_is_read_again_has_changed() {
