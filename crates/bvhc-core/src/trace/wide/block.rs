@@ -134,7 +134,7 @@ mod tests {
                 continue;
             }
             let ray = EdgeRay::new(origin, direction);
-            let met = TriangleBlock::new(&triangles).may_cross(&Filter::new(&origin, &direction, ray.axis()));
+            let met = TriangleBlock::new(&triangles).may_cross(&ray.filter());
             for (lane, triangle) in triangles.iter().enumerate() {
                 let (one, exact) = match ray.axis() {
                     0 => (ray.surely_misses::<0>(triangle), ray.decide::<0>(triangle)),
