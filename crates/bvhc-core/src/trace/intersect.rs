@@ -47,21 +47,6 @@ impl Filter {
     pub const RELATIVE: f32 = 4.0 * f32::EPSILON;
     /// 2⁻¹²⁰.
     pub const UNDERFLOW: f32 = f32::from_bits((127 - 120) << 23);
-
-    #[inline(always)]
-    pub fn new(origin: &[f64; 3], direction: &[f64; 3], dominant: usize) -> Filter {
-        let (kx, ky) = others(dominant);
-        let [x, y, z] = [origin[kx] as f32, origin[ky] as f32, origin[dominant] as f32];
-        let moved = |rounded: f32, exact: f64| (exact - f64::from(rounded)).abs();
-        let [a, b, c] = [moved(x, origin[kx]), moved(y, origin[ky]), moved(z, origin[dominant])];
-        let along = direction[dominant];
-        Filter {
-            axes: [kx, ky, dominant],
-            origin: [x, y, z],
-            shear: [(direction[kx] / along) as f32, (direction[ky] / along) as f32],
-            slack: slack(larger(larger(a, b), c)),
-        }
-    }
 }
 
 /// What an origin that was moved so far adds to the error of a corner.
@@ -143,7 +128,24 @@ impl EdgeRay {
         (left != 0) & (right != 0)
     }
 
-    /// A ray for [`EdgeRay::decide`]: its own filter has no numbers and proves no miss.
+    /// The numbers for many triangles at once.
+    #[inline(always)]
+    pub fn filter(&self) -> Filter {
+        let EdgeRay { dominant, origin, direction, .. } = self;
+        let (kx, ky) = others(*dominant);
+        let [x, y, z] = [origin[kx] as f32, origin[ky] as f32, origin[*dominant] as f32];
+        let moved = |rounded: f32, exact: f64| (exact - f64::from(rounded)).abs();
+        let [a, b, c] = [moved(x, origin[kx]), moved(y, origin[ky]), moved(z, origin[*dominant])];
+        let along = direction[*dominant];
+        Filter {
+            axes: [kx, ky, *dominant],
+            origin: [x, y, z],
+            shear: [(direction[kx] / along) as f32, (direction[ky] / along) as f32],
+            slack: slack(larger(larger(a, b), c)),
+        }
+    }
+
+    /// A ray for [`EdgeRay::decide`] and [`EdgeRay::filter`]: its own filter has no numbers and proves no miss.
     #[inline(always)]
     pub fn unfiltered(origin: [f64; 3], direction: [f64; 3]) -> EdgeRay {
         let none = Register::splat(f32::NAN);

@@ -46,5 +46,9 @@ pub fn dominant(direction: [f64; 3]) -> usize {
 /// The two axes after this one.
 #[inline(always)]
 pub const fn others(axis: usize) -> (usize, usize) {
-    ((axis + 1) % 3, (axis + 2) % 3)
+    match axis {
+        0 => (1, 2),
+        1 => (2, 0),
+        _ => (0, 1),
+    }
 }

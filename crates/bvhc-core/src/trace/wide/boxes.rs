@@ -7,7 +7,8 @@
 
 use super::record::WideRecord;
 use crate::geom::Aabb;
-use crate::simd::Floats;
+use crate::simd::{Floats, Register};
+use crate::trace::intersect::larger;
 use crate::trace::slab::{Conservative, Rule, power_of_two};
 
 /// A ray made ready for boxes of wide nodes.
@@ -26,42 +27,21 @@ struct Axis<V> {
     enters_high: bool,
 }
 
-impl Axis<f32> {
+impl<V> Axis<V> {
     #[inline(always)]
-    fn new(o: f32, direction: f64, arithmetic: f64, behind: f32) -> Axis<f32> {
-        let length = direction.abs();
-        let pad = o.abs() * (2.0 * f32::EPSILON) + (arithmetic + length * power_of_two(-145)) as f32;
-        let is_down = direction < 0.0;
-        let signed = u32::from(is_down) << 31;
-        let near = o + f32::from_bits(pad.to_bits() ^ signed);
-        let far = o - f32::from_bits((pad + length as f32 * behind).to_bits() ^ signed);
-        let inverse = (1.0 / direction) as f32;
-        let is_normal = inverse.abs() >= f32::MIN_POSITIVE && inverse.abs() < f32::INFINITY;
-        let inverse = if is_normal { inverse } else { f32::NAN };
-        let inverse = if direction == 0.0 { f32::INFINITY } else { inverse };
-        let leave = -inverse * (1.0 + Conservative::EXIT);
-        Axis { near: -near, far: -far, enter: inverse, leave, enters_high: is_down }
-    }
-
-    /// Whether no ray meets an empty box for this axis' sake.
-    #[inline(always)]
-    fn counts(&self) -> bool {
-        (self.near - self.far).is_finite() && !self.enter.is_nan()
-    }
-
-    #[inline(always)]
-    fn in_all_lanes<V: Floats<N>, const N: usize>(self, door: V::Door) -> Axis<V> {
+    fn new<const N: usize>(door: V::Door, [near, far, enter, leave]: [f32; 4], enters_high: bool) -> Axis<V>
+    where
+        V: Floats<N>,
+    {
         Axis {
-            near: V::splat(door, self.near),
-            far: V::splat(door, self.far),
-            enter: V::splat(door, self.enter),
-            leave: V::splat(door, self.leave),
-            enters_high: self.enters_high,
+            near: V::splat(door, near),
+            far: V::splat(door, far),
+            enter: V::splat(door, enter),
+            leave: V::splat(door, leave),
+            enters_high,
         }
     }
-}
 
-impl<V> Axis<V> {
     /// The latest entry and the negated earliest exit of each box, with those on this axis.
     #[inline(always)]
     fn narrowed<const N: usize>(
@@ -93,22 +73,39 @@ impl<V: Floats<N>, const N: usize> WideSlabs<V, N> {
         bounds: &Aabb,
         t_min: f32,
     ) -> Option<WideSlabs<V, N>> {
-        let larger = |a: f32, b: f32| if a > b { a } else { b };
-        let [[a, b, c], [d, e, f]] = [bounds.min, bounds.max];
-        let plane = larger(larger(larger(a.abs(), b.abs()), larger(c.abs(), d.abs())), larger(e.abs(), f.abs()));
-        let [x, y, z] = [origin[0] as f32, origin[1] as f32, origin[2] as f32];
-        let coordinate = larger(larger(x.abs(), y.abs()), z.abs());
+        // The three axes in three lanes of a register; what is in the fourth, nobody looks at.
+        let ([ox, oy, oz], [dx, dy, dz]) = (origin, direction);
+        let o = Register::of([ox as f32, oy as f32, oz as f32, 0.0]);
+        let d = Register::of([dx as f32, dy as f32, dz as f32, 0.0]);
+        let inverse = inverse_of(direction);
+
+        let ([a, b, c], [e, f, g]) = (bounds.min, bounds.max);
+        let plane = Register::of([a, b, c, 0.0]).abs().max(Register::of([e, f, g, 0.0]).abs());
         // In `f64`, since a product that is a tiny `f32` takes processors a hundred cycles.
-        let arithmetic = f64::from(plane + coordinate) * power_of_two(-47) + power_of_two(-99);
-        let behind = larger(-t_min, 0.0) * (32.0 * (f32::EPSILON / 2.0));
-        let x = Axis::new(x, direction[0], arithmetic, behind);
-        let y = Axis::new(y, direction[1], arithmetic, behind);
-        let z = Axis::new(z, direction[2], arithmetic, behind);
-        if !(x.counts() || y.counts() || z.counts()) {
+        let length = larger(larger(dx.abs(), dy.abs()), dz.abs());
+        let arithmetic = f64::from(largest(plane) + largest(o.abs())) * power_of_two(-47);
+        let arithmetic = (arithmetic + (length * power_of_two(-145) + power_of_two(-99))) as f32;
+        let pad = o.abs() * Register::splat(2.0 * f32::EPSILON) + Register::splat(arithmetic);
+        let behind = if t_min < 0.0 { -t_min * (32.0 * (f32::EPSILON / 2.0)) } else { 0.0 };
+        let far_pad = pad + d.abs() * Register::splat(behind);
+        let zero = Register::splat(0.0);
+        let sign = d.if_less(zero, Register::splat(-0.0), zero);
+        let (near, far) = ((o + (pad ^ sign)).negated(), (o - (far_pad ^ sign)).negated());
+
+        // Whether both origins are finite and the axis is used.
+        let is_finite = (near - far).abs().less(Register::splat(f32::INFINITY));
+        if is_finite & inverse.less_or_equal(inverse) & 0b111 == 0 {
             return None;
         }
-        let axes = [x.in_all_lanes(door), y.in_all_lanes(door), z.in_all_lanes(door)];
-        Some(WideSlabs { axes, t_min: V::splat(door, t_min) })
+        let leave = inverse * Register::splat(-(1.0 + Conservative::EXIT));
+        let ([nx, ny, nz, _], [fx, fy, fz, _]) = (near.array(), far.array());
+        let ([ex, ey, ez, _], [lx, ly, lz, _]) = (inverse.array(), leave.array());
+        let splat = [
+            Axis::new(door, [nx, fx, ex, lx], dx < 0.0),
+            Axis::new(door, [ny, fy, ey, ly], dy < 0.0),
+            Axis::new(door, [nz, fz, ez, lz], dz < 0.0),
+        ];
+        Some(WideSlabs { axes: splat, t_min: V::splat(door, t_min) })
     }
 
     /// Entry distances of the children, and a bit for each that the ray meets before `-end`.
@@ -123,12 +120,34 @@ impl<V: Floats<N>, const N: usize> WideSlabs<V, N> {
     }
 }
 
+/// `1 / direction`. Infinite where the ray is parallel to the slab, and NaN where it is not a normal number: the axis is not used.
+#[inline(always)]
+fn inverse_of([x, y, z]: [f64; 3]) -> Register {
+    let inverse = Register::of([(1.0 / x) as f32, (1.0 / y) as f32, (1.0 / z) as f32, 0.0]);
+    let (size, none) = (inverse.abs(), Register::splat(f32::NAN));
+    let inverse = size.if_less(Register::splat(f32::MIN_POSITIVE), none, inverse);
+    let inverse = size.if_less(Register::splat(f32::INFINITY), inverse, none);
+    if (x != 0.0) & (y != 0.0) & (z != 0.0) {
+        return inverse;
+    }
+    let [a, b, c, _] = inverse.array();
+    let unless_zero = |d: f64, inverse: f32| if d == 0.0 { f32::INFINITY } else { inverse };
+    Register::of([unless_zero(x, a), unless_zero(y, b), unless_zero(z, c), 0.0])
+}
+
+/// The largest of the first three lanes, which are not negative.
+#[inline(always)]
+fn largest(v: Register) -> f32 {
+    let [x, y, z, _] = v.array();
+    let larger = |a: f32, b: f32| if a > b { a } else { b };
+    larger(larger(x, y), z)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::layout::WideNode;
     use crate::random::Random;
-    use crate::simd::Register;
 
     fn special(random: &mut Random) -> f32 {
         match random.below(8) {

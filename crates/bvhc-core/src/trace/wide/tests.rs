@@ -1,10 +1,8 @@
-use super::block::{LANES, TriangleBlock};
+use super::block::LANES;
 use super::{Collapse, CompactTrees, WideTrees, WideView};
 use crate::geom::{Aabb, Ray};
 use crate::layout::{BlasRecord, MAX_DEPTH, Node, TriangleRecord, View, WideNode, WideRow};
 use crate::random::Random;
-use crate::trace::intersect::{EdgeRay, Filter};
-use crate::trace::test::TriangleTest;
 use crate::trace::{Malformed, closest_hit};
 use bytemuck::Zeroable;
 
@@ -372,52 +370,4 @@ fn records_that_are_no_tree_end_in_an_error() {
     let view = View { nodes: &nodes, ..view };
     assert!(WideTrees::<8>::new(&view, &Collapse::default()).is_err());
     assert!(WideTrees::<8>::greedy(&view).is_err());
-}
-
-/// What the filter of four rejects, that of one does too, and what `decide` accepts, neither rejects.
-#[test]
-fn four_at_once_reject_no_more_than_one_by_one() {
-    let mut random = Random::new(10);
-    let special = |among: u64, random: &mut Random| match random.below(among) + 6 * u64::from(among == 1) {
-        0 => 0.0,
-        1 => 1.0,
-        2 => f32::MAX,
-        3 => -3.0e38,
-        4 => 1e-30,
-        5 => 1e18 * random.unit() as f32,
-        _ => 2.0 * random.unit() as f32 - 1.0,
-    };
-    let (mut rejected, mut more) = (0, 0);
-    for case in 0..40_000 {
-        // Half of them of ordinary numbers.
-        let among = [1, 12][case / 8 % 2];
-        let point = |random: &mut Random| [0; 3].map(|_| special(among, random));
-        let count = 1 + case % LANES;
-        let triangles: Vec<TriangleRecord> = (0..count)
-            .map(|_| {
-                let [v0, v1, v2] = [0; 3].map(|_| point(&mut random));
-                TriangleRecord { v0, v1, v2, ..TriangleRecord::zeroed() }
-            })
-            .collect();
-        let shift = [0.0, 1e-9][case % 2];
-        let origin = point(&mut random).map(|v| f64::from(v) * (1.0 + shift));
-        let direction = point(&mut random).map(f64::from);
-        if direction == [0.0; 3] {
-            continue;
-        }
-        let ray = EdgeRay::new(origin, direction);
-        let met = TriangleBlock::new(&triangles).may_cross(&Filter::new(&origin, &direction, ray.axis()));
-        for (lane, triangle) in triangles.iter().enumerate() {
-            let (one, exact) = match ray.axis() {
-                0 => (ray.surely_misses::<0>(triangle), ray.decide::<0>(triangle)),
-                1 => (ray.surely_misses::<1>(triangle), ray.decide::<1>(triangle)),
-                _ => (ray.surely_misses::<2>(triangle), ray.decide::<2>(triangle)),
-            };
-            let four = met & 1 << lane == 0;
-            assert!(!four || (one && exact.is_none()), "{origin:?} {direction:?} {triangle:?}");
-            rejected += u32::from(four && among == 1);
-            more += u32::from(one && !four && among == 1);
-        }
-    }
-    assert!(rejected > 10_000 && more < rejected / 100, "{rejected} rejected, {more} by the other alone");
 }

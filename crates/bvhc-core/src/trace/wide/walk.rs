@@ -57,7 +57,7 @@ impl<const ANY: bool, const N: usize, T: WideRecord<N>, O: Observer> Work<N> for
                 let walk = Walk::<V, N, T> {
                     door,
                     slabs,
-                    filter: Filter::new(&origin, &direction, test.axis()),
+                    filter: test.filter(),
                     test: &test,
                     t_min: f64::from(ray.t_min),
                     place: reached.place,
