@@ -13,7 +13,6 @@ use super::remarks::Remarks;
 use crate::build::{BuildOptions, Levels, Named, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Meta, WriteSummary};
-use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
@@ -25,9 +24,9 @@ use crate::cli::progress::Bar;
 use crate::scene::{self, Animation, Clip, Degenerate, InputFile, ReadOptions, Scene, Seconds};
 use crate::sequence::{FrameLabel, Incoming, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees};
 use again::Plan;
-use std::path::Path;
 use std::time::{Duration, Instant};
-use told::{Arrived, Told, arrive};
+pub use told::empty_frames;
+use told::{Arrived, Told, arrive, nothing_in};
 
 /// Frames a second of a clip whose keys are not uniform.
 const FILM: f64 = 24.0;
@@ -380,21 +379,6 @@ impl Workshop<'_> {
             None => Ok(()),
         }
     }
-}
-
-/// How many frames of a file have no triangle, if any, as the build told it.
-pub fn empty_frames(path: &Path, context: &Context) -> Result<Option<String>, Failure> {
-    let sequence = caches::open_sequence(path, context)?;
-    let mut empty = 0;
-    for index in 0..sequence.frame_count() {
-        let frame = sequence.frame_on(index, &context.exec).map_err(|e| caches::failure(&e))?;
-        empty += u64::from(frame.view().instances.is_empty());
-    }
-    Ok(nothing_in(empty))
-}
-
-fn nothing_in(frames: u64) -> Option<String> {
-    (frames > 0).then(|| format!("there is no triangle in {}", figures::counted(frames, "frame", "frames")))
 }
 
 impl From<SequenceError> for Failure {
