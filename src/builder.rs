@@ -255,6 +255,11 @@ fn number_vertices(scene: &mut Scene, wanted: bool) -> Result<(), BuildError> {
     Ok(())
 }
 
+/// A program's arrays may break a rule that no model that is read can break, so that records are checked in release builds, too.
+fn checked(codec: Codec) -> WriteOptions {
+    WriteOptions { codec, ..WriteOptions::default() }
+}
+
 /// A finished build: to be traced, written, or both.
 #[derive(Debug)]
 pub struct Built {
@@ -267,7 +272,7 @@ impl Built {
     /// Write a cache file in the place of `path`, in one step: whatever happens, the old file or the new one is there.
     ///
     /// # Errors
-    /// Where the file cannot be written.
+    /// Where the file cannot be written, or its records break a rule of the format.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<WriteSummary, CacheError> {
         self.write_as(path, Codec::Raw)
     }
@@ -277,15 +282,15 @@ impl Built {
     /// # Errors
     /// As [`Built::write`].
     pub fn write_as(&self, path: impl AsRef<Path>, codec: Codec) -> Result<WriteSummary, CacheError> {
-        cache::write_file(path.as_ref(), &self.image, &self.meta, &WriteOptions::of_build(codec), &self.exec)
+        cache::write_file(path.as_ref(), &self.image, &self.meta, &checked(codec), &self.exec)
     }
 
     /// The file's bytes.
     ///
     /// # Errors
-    /// Where names or notes exceed the format's limits.
+    /// Where names or notes exceed the format's limits, or records break a rule of the format.
     pub fn to_bytes(&self) -> Result<Vec<u8>, CacheError> {
-        cache::to_bytes(&self.image, &self.meta, &WriteOptions::of_build(Codec::Raw), &self.exec)
+        cache::to_bytes(&self.image, &self.meta, &checked(Codec::Raw), &self.exec)
     }
 
     /// The records, as traversal and the file have them.

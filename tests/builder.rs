@@ -1,6 +1,6 @@
 //! What the library takes from programs and what it refuses: nothing behind it writes a file that a rule forbids.
 
-use bvhc::build::{BuildError, BuildOptions, Method, NoProgress, Preset};
+use bvhc::build::{BuildError, BuildOptions, Levels, Method, NoProgress, Preset};
 use bvhc::cache::{CacheError, Image, OpenOptions, Validation, WriteOptions, to_bytes};
 use bvhc::compile::{build_tree, compile};
 use bvhc::exec::Executor;
@@ -217,4 +217,31 @@ fn a_slice_is_opened_where_it_lies() {
         assert!(cache.any_hit(&Ray::new([0.2, 0.2, 5.0], [0.0, 0.0, -1.0])).unwrap());
     }
     assert!(Cache::from_slice(&bytes[..bytes.len() - 1], &options).is_err());
+}
+
+/// What passes the door and would break a rule all the same is refused when it is written, in release builds as in debug ones.
+#[test]
+fn no_scene_becomes_a_file_that_a_rule_forbids() {
+    let of = |mesh: Mesh, nodes: &[u32]| {
+        let placed = |node: &u32| Instance { mesh: 0, transform: Affine::IDENTITY, node: *node, name: String::new() };
+        let scene = Scene { meshes: vec![mesh], instances: nodes.iter().map(placed).collect(), ..Scene::default() };
+        let options = BuildOptions { levels: Levels::Two, ..BuildOptions::preset(Preset::Draft) };
+        Build::of_scene(scene).unwrap().options(options).run().unwrap().to_bytes()
+    };
+    assert!(of(mesh(), &[1, 2]).is_ok());
+    let mut baked = mesh();
+    baked.parts[0].baked_node = Some(7);
+    let mut alike = mesh();
+    let part = Part { triangle_count: 1, prim_count: 1, ..Part::default() };
+    alike.source_prims = vec![0, 0];
+    alike.parts = vec![part.clone(), Part { first_triangle: 1, ..part }];
+    for (mesh, rule) in [(baked, "E0509"), (alike, "E0328")] {
+        match of(mesh, &[1, 2]) {
+            Err(CacheError::Unwritable { detail, .. }) => assert!(detail.contains(rule), "{rule}: {detail}"),
+            other => panic!("{rule}: {:?}", other.map(|bytes| bytes.len())),
+        }
+    }
+    assert!(Executor::new(Executor::MOST_THREADS + 1).is_err());
+    let nowhere = Instance { mesh: 9, transform: Affine::IDENTITY, node: 0, name: String::new() };
+    assert_eq!(Scene { instances: vec![nowhere], ..Scene::default() }.instanced_triangles(), 0);
 }

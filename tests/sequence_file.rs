@@ -311,6 +311,36 @@ fn boxes_that_are_cut_stay_as_they_are() {
     }
 }
 
+/// Labels that no file may have are refused with the frame, and nothing is written.
+#[test]
+fn frames_that_break_a_rule_are_refused() {
+    let exec = Executor::sequential();
+    let label = |number, time, held| FrameLabel { number, time, held };
+    let refused = |labels: &[FrameLabel]| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bvhc");
+        let options = BuildOptions::default();
+        let policy = RefitPolicy::default();
+        let mut builder = SequenceBuilder::new(&path, &options, policy, Codec::Raw, &exec, &NoProgress).unwrap();
+        let scene = |i: usize| sheet(i as f32 * 0.2, 4);
+        let added = labels.iter().enumerate().try_for_each(|(i, label)| builder.add(scene(i), *label).map(drop));
+        let error = added.and_then(|()| builder.finish(&meta()).map(drop)).err();
+        assert_eq!(path.exists(), error.is_none());
+        error.map(|error| error.to_string()).unwrap_or_default()
+    };
+    assert_eq!(refused(&[label(-1, Some(0.0), false), label(3, Some(1.0), false)]), "");
+    for (labels, said) in [
+        (&[][..], "one frame at least"),
+        (&[label(2, None, false), label(2, None, false)], "frame 2 comes after frame 2"),
+        (&[label(0, Some(f32::NAN), false)], "times are finite"),
+        (&[label(0, None, true)], "there is none"),
+        (&[label(0, None, false), label(1, None, true)], "shows something else"),
+    ] {
+        let error = refused(labels);
+        assert!(error.contains(said), "{labels:?}: {error}");
+    }
+}
+
 #[test]
 fn the_file_does_not_depend_on_threads() {
     let bytes = |threads, trees| {

@@ -8,6 +8,7 @@ mod atomic;
 pub mod check;
 mod convert;
 mod extract;
+mod frame_order;
 mod freshness;
 mod image;
 mod intact;

@@ -13,6 +13,7 @@ use bytemuck::{Zeroable, cast_slice};
 
 use bvhc_core::cache::parts::{Block, Encoder, encode_names};
 
+use super::frame_order::misplaced;
 use super::sealed::{Data, Form, Piece, Sealed, store, store_delta};
 use super::writer::builder_id;
 use super::{
@@ -213,7 +214,11 @@ impl<'e> SequenceWriter<'e> {
             self.depth = self.depth.max(max_depth(tlas_nodes));
             self.bounds = tlas_nodes.first().map_or(self.bounds, |root| self.bounds.union(root.bounds()));
         }
-        self.frames.push(FrameRecord { placement, ..frame });
+        let frame = FrameRecord { placement, ..frame };
+        if let Some(detail) = misplaced(self.frames.last(), &frame) {
+            return Err(CacheError::Unwritable { name: self.name.clone(), detail });
+        }
+        self.frames.push(frame);
         Ok(self.spool.end - before)
     }
 
@@ -260,11 +265,14 @@ impl<'e> SequenceWriter<'e> {
     /// Write the file and put it in the place of its path in one step.
     ///
     /// # Errors
-    /// Where it cannot be written, or holds more than a file may.
+    /// Where it cannot be written, has no frame, or holds more than a file may.
     pub fn finish(mut self, meta: &Meta) -> Result<WriteSummary, CacheError> {
         let name = self.name.clone();
         let unwritable = |detail: String| CacheError::Unwritable { name: name.clone(), detail };
         let too_large = |limit| CacheError::Limit { name: name.clone(), limit };
+        if self.frames.is_empty() {
+            return Err(unwritable("a sequence has one frame at least".into()));
+        }
         let meta_bytes = meta.encode().map_err(too_large)?;
         if let Some((number, parts, most)) = self.overfull() {
             return Err(unwritable(format!("topology {number} has {parts} parts, and its tree has room for {most}")));

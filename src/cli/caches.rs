@@ -48,8 +48,13 @@ pub fn frame<'s>(sequence: &'s Sequence, path: &Path, number: i32, context: &Con
             .fact(format!("there are {count}{ends}")));
     };
     let opened = sequence.frame_on(index, &context.exec).map_err(|e| failure(&e))?;
-    let report =
-        check::check_records(&opened.view(), opened.tree_flags(), None, &check::Limits::default(), &context.exec);
+    let report = check::check_records(
+        &opened.view(),
+        opened.tree_flags(),
+        check::RecordsOf::Frame,
+        &check::Limits::default(),
+        &context.exec,
+    );
     match report.findings.first().filter(|_| !report.is_valid()) {
         None => Ok(opened),
         Some(finding) => {

@@ -1,5 +1,6 @@
 //! Numbers for people: grouped counts, durations, percentages; and sizes as people write them. How they read sizes, [`size`](crate::size) says.
 
+use crate::exec::Executor;
 use std::time::Duration;
 
 /// `69451` as `69,451`.
@@ -91,7 +92,7 @@ pub fn parse_count(text: &str) -> Result<u64, String> {
 
 /// A number of threads; starting more than any machine has would only exhaust the system.
 pub fn parse_jobs(text: &str) -> Result<usize, String> {
-    const MOST: usize = 1024;
+    const MOST: usize = Executor::MOST_THREADS;
     let jobs = text.parse().ok().filter(|n| *n <= MOST);
     jobs.ok_or_else(|| format!("`{text}` is not a number of threads from 0 to {MOST}"))
 }

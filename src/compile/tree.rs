@@ -21,7 +21,10 @@ pub fn build_tree(
 /// [`build_tree`], and how a search came to it.
 ///
 /// # Errors
-/// As [`build_tree`].
+/// As [`build_tree`], but that the mesh is taken to be sound: [`compile`](super::compile()) has looked at each mesh once.
+///
+/// # Panics
+/// Where the mesh is not sound: see [`Mesh::validate`].
 #[inline(never)] // `benches/instructions.sh` counts what is below it by its name
 pub fn decide_tree(
     mesh: &Mesh,

@@ -319,9 +319,10 @@ impl Mesh {
 }
 
 impl Scene {
-    /// Triangles after instancing: what a ray can hit.
+    /// Triangles after instancing: what a ray can hit. An instance of a mesh that is not there has none.
     pub fn instanced_triangles(&self) -> u64 {
-        self.instances.iter().map(|i| self.meshes[i.mesh as usize].triangles.len() as u64).sum()
+        let meshes = self.instances.iter().filter_map(|i| self.meshes.get(i.mesh as usize));
+        meshes.map(|mesh| mesh.triangles.len() as u64).sum()
     }
 }
 

@@ -46,6 +46,9 @@ fn breaches(sources: &Sources, rooms: &[String]) -> BTreeSet<String> {
             (_, None) => found.insert(format!("{there} has no place in the table of rooms")),
         };
     }
+    for (name, module) in &sources.modules {
+        found.extend(module.hidden.iter().map(|what| format!("{} takes {what}", name.join("::"))));
+    }
     let circles = circles(sources).into_iter().filter(|circle| !KNOTS.iter().any(|knot| circle.starts_with(knot)));
     found.extend(circles.map(|circle| format!("a circle: {circle}")));
     found
@@ -115,6 +118,15 @@ fn breaches_are_seen() {
     ] {
         write("low.rs", &format!("pub struct Low; {text}"));
         assert_eq!(of(&["low", "high"]).iter().filter(|b| b.contains("low lies below high")).count(), 1, "{text}");
+    }
+
+    // Forms in which a path upward could not be seen.
+    for text in
+        ["use crate::*;", "use super::*;", "use crate as top;", "use crate::{self as top};", "use super as top;"]
+    {
+        write("low.rs", &format!("pub struct Low; {text}"));
+        let found = of(&["low", "high"]);
+        assert_eq!(found.iter().filter(|b| b.starts_with("low takes")).count(), 1, "{text}: {found:?}");
     }
 
     // In a circle within a folder, through the folder's own re-export.

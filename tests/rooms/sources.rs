@@ -14,6 +14,8 @@ pub struct Module {
     pub paths: Vec<Name>,
     /// Names that the module hands on, and what they stand for.
     pub reexports: BTreeMap<String, Name>,
+    /// What would hide paths from this reader: all names of the crate's root at once, or the root by another name.
+    pub hidden: Vec<String>,
 }
 
 /// All modules but those for tests alone.
@@ -38,7 +40,7 @@ impl Sources {
     }
 
     fn items(&mut self, name: Name, items: &[syn::Item], folder: &Path) {
-        let mut reader = Reader { module: Module::default() };
+        let mut reader = Reader { module: Module::default(), depth: name.len() };
         for item in items {
             match item {
                 syn::Item::Mod(module) if !is_test(&module.attrs) => {
@@ -67,6 +69,13 @@ fn is_test(attributes: &[syn::Attribute]) -> bool {
 
 struct Reader {
     module: Module,
+    /// How far below the root the module lies.
+    depth: usize,
+}
+
+/// Whether a path leads to the crate's root from a module so far below it.
+fn is_root(path: &[String], depth: usize) -> bool {
+    path == ["crate"] || depth > 0 && path.len() == depth && path.iter().all(|part| part == "super")
 }
 
 impl Reader {
@@ -83,6 +92,15 @@ impl Reader {
                 before.push(path.ident.to_string());
                 self.tree(&path.tree, before, handed_on);
                 before.pop();
+            }
+            syn::UseTree::Rename(rename)
+                if is_root(before, self.depth) && rename.ident == "self"
+                    || before.is_empty() && is_root(&[rename.ident.to_string()], self.depth) =>
+            {
+                self.module.hidden.push(format!("the crate's root by the name {}", rename.rename));
+            }
+            syn::UseTree::Glob(_) if is_root(before, self.depth) => {
+                self.module.hidden.push("all names of the crate's root".into());
             }
             syn::UseTree::Name(name) if name.ident == "self" => {
                 leaf(before.clone(), before.last().cloned().unwrap_or_default());

@@ -40,7 +40,7 @@ enum Pool {
 pub struct ThreadsError {
     /// Threads that were asked for.
     pub jobs: usize,
-    /// What the operating system said.
+    /// What the operating system said, or what the limit is.
     pub reason: String,
 }
 
@@ -63,6 +63,9 @@ struct Meter {
 }
 
 impl Executor {
+    /// The most threads of an executor: starting more than any machine has processors would only exhaust the system.
+    pub const MOST_THREADS: usize = 1024;
+
     /// Everything on the calling thread.
     pub const fn sequential() -> Executor {
         Executor { pool: Pool::None, meter: None }
@@ -107,9 +110,12 @@ impl Executor {
     /// `jobs` threads; 0 means one per core. One thread is the caller's own: no thread is started.
     ///
     /// # Errors
-    /// Where the operating system starts no threads.
+    /// Where there would be more than [`Executor::MOST_THREADS`], or the operating system starts none.
     #[cfg(feature = "rayon")]
     pub fn new(jobs: usize) -> Result<Executor, ThreadsError> {
+        if jobs > Executor::MOST_THREADS {
+            return Err(ThreadsError { jobs, reason: format!("{} are the most", Executor::MOST_THREADS) });
+        }
         let jobs = if jobs == 0 { std::thread::available_parallelism().map_or(1, |n| n.get()) } else { jobs };
         if jobs == 1 {
             return Ok(Executor::sequential());

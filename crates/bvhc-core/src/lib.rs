@@ -28,7 +28,7 @@
 //!
 //! # Rooms
 //!
-//! Each imports only from those before it: [`exec`], [`random`] and [`size`], [`simd`], [`geom`], [`layout`], [`refit`](mod@refit), [`quality`], [`cache`], [`trace`].
+//! Each imports only from those before it: [`exec`], [`geom`], [`random`] and [`size`], [`simd`], [`layout`], [`refit`](mod@refit), [`quality`], [`cache`], [`trace`].
 
 #![warn(missing_docs)]
 

@@ -5,7 +5,8 @@
 mod source;
 
 pub use bvhc_core::cache::check::{
-    CompactRecords, Finding, Level, Limits, Place, Report, check_compact, check_records, check_sides, check_vertices,
+    CompactRecords, Finding, Level, Limits, Place, RecordsOf, Report, check_compact, check_records, check_sides,
+    check_vertices,
 };
 pub use source::Source;
 
@@ -35,7 +36,7 @@ pub fn check_bytes(
 /// Check the content of a file that is not one yet: what a builder or a converter is about to write.
 pub fn check_image(image: &Image, limits: &Limits, exec: &Executor) -> Report {
     let view = image.view();
-    let mut report = check_records(&view, image.flags, None, limits, exec);
+    let mut report = check_records(&view, image.flags, RecordsOf::Still, limits, exec);
     if let Some(compact) = image.compact.as_ref().filter(|_| report.is_valid()) {
         let (rows, nodes, order) = (Some(&compact.rows[..]), Some(&compact.nodes[..]), Some(&compact.order[..]));
         report.append(check_compact(&view, &CompactRecords { rows, nodes, order }, limits, exec));

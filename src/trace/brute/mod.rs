@@ -139,6 +139,9 @@ struct Place {
 
 impl<'a> Oracle<'a> {
     /// An oracle about a scene. Rays through moved instances are judged up to the rounding of matrices to `f32`.
+    ///
+    /// # Panics
+    /// Where the scene is not sound: see [`Scene::validate`].
     pub fn new(scene: &'a Scene, exec: &Executor) -> Oracle<'a> {
         let meshes = exec.map_range(scene.meshes.len(), |i| Runs::new(&scene.meshes[i]));
         let places = scene.instances.iter().map(|instance| {

@@ -210,7 +210,8 @@ impl<'a> Opened<'a> {
     fn check_records(&self, exec: &Executor) -> Result<(), Fault> {
         let limits = check::Limits { max_issues: 1, ..check::Limits::default() };
         let view = self.view();
-        let mut report = check::check_records(&view, self.header().tree_flags, Some(self.header()), &limits, exec);
+        let of = check::RecordsOf::File(self.header());
+        let mut report = check::check_records(&view, self.header().tree_flags, of, &limits, exec);
         let section = |place: Option<usize>| place.and_then(|i| self.section_bytes(i));
         let places = &self.places;
         // One that cannot be decoded is passed over, as if the file had no compact trees.

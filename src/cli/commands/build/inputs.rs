@@ -2,8 +2,8 @@
 
 use super::BuildArgs;
 use super::frames::{self, Frame};
-use super::make;
 use super::plan::{Input, Job};
+use super::remarks;
 use crate::cli::Context;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
@@ -37,7 +37,7 @@ pub fn expand(args: &BuildArgs, context: &Context) -> Result<Vec<Input>, Failure
             let sequence = sequence?;
             sequence.warnings.iter().for_each(|warning| context.terminal.warn(warning));
             if args.warnings_as_errors && !sequence.unasked.is_empty() {
-                return Err(make::with_warnings(&names::path(path), &sequence.unasked));
+                return Err(remarks::with_warnings(&names::path(path), &sequence.unasked));
             }
             context.terminal.detail(&sequence.summary);
             let input = |frame: Frame| Input { frame: Some((frame.number, frame.path)), ..plain(frame.model) };

@@ -4,8 +4,7 @@ use super::inputs;
 use super::options::NodeForm;
 use super::outcome::{Arrival, Built, Model, Times};
 use super::plan::{Job, same_file};
-use super::remarks::Remarks;
-use super::sequence;
+use super::remarks::{Remarks, empty_frames, with_warnings};
 use super::{BuildArgs, Empty};
 use crate::build::BuildOptions;
 use crate::cache::keys::Recipe;
@@ -161,7 +160,7 @@ impl Workshop<'_> {
             })
         };
         let mut told: Vec<String> = counts.iter().filter_map(told).collect();
-        told.extend(sequence::empty_frames(&job.output, self.context)?);
+        told.extend(empty_frames(&job.output, self.context)?);
         self.forgive(&names::path(&job.output), &told)
     }
 
@@ -213,13 +212,6 @@ impl Workshop<'_> {
             .fact("another process replaced it after it was written")
             .help("run one build of an output at a time"))
     }
-}
-
-/// The failure where warnings are errors.
-pub(super) fn with_warnings(model: &str, told: &[String]) -> Failure {
-    let failure = Failure::new(Exit::Model, format!("cannot take {model} without warnings"));
-    let failure = told.iter().fold(failure, |failure, line| failure.fact(line.clone()));
-    failure.help("mend the model, or leave out --warnings-as-errors; triangles without area are accepted where --degenerate is given")
 }
 
 /// An editor or exporter may write while we read: then the tree is of no model that ever was.

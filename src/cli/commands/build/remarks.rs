@@ -1,12 +1,15 @@
 //! What the user is told of a model that does not arrive whole.
 
 use crate::build::Levels;
+use crate::cli::Context;
+use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
 use crate::compile::Placing;
 use crate::scene::{Degenerate, Loss, ReadOptions, ReadReport, Rounding};
+use std::path::Path;
 
 /// What became of a model between its file and its trees.
 pub struct Remarks<'a> {
@@ -128,6 +131,29 @@ impl Remarks<'_> {
         .collect();
         (!found.is_empty()).then(|| found.join(", "))
     }
+}
+
+/// How many frames of a file have no triangle, if any, as the build told it.
+pub fn empty_frames(path: &Path, context: &Context) -> Result<Option<String>, Failure> {
+    let sequence = caches::open_sequence(path, context)?;
+    let mut empty = 0;
+    for index in 0..sequence.frame_count() {
+        let frame = sequence.frame_on(index, &context.exec).map_err(|e| caches::failure(&e))?;
+        empty += u64::from(frame.view().instances.is_empty());
+    }
+    Ok(nothing_in(empty))
+}
+
+/// What a build tells of so many frames without triangles.
+pub fn nothing_in(frames: u64) -> Option<String> {
+    (frames > 0).then(|| format!("there is no triangle in {}", figures::counted(frames, "frame", "frames")))
+}
+
+/// The failure where warnings are errors.
+pub fn with_warnings(model: &str, told: &[String]) -> Failure {
+    let failure = Failure::new(Exit::Model, format!("cannot take {model} without warnings"));
+    let failure = told.iter().fold(failure, |failure, line| failure.fact(line.clone()));
+    failure.help("mend the model, or leave out --warnings-as-errors; triangles without area are accepted where --degenerate is given")
 }
 
 /// `3 triangles without area`, `1 vertex without weights`.

@@ -11,8 +11,19 @@ use crate::geom::Aabb;
 use crate::layout::{BlasRecord, Header, SectionKind, View, tree_flags};
 use crate::quality;
 
-/// Check every record. Without a header, what only the header states is left out.
-pub fn check_records(view: &View<'_>, flags: u32, header: Option<&Header>, limits: &Limits, exec: &Executor) -> Report {
+/// What records are of, which decides what is asked of them.
+#[derive(Clone, Copy, Debug)]
+pub enum RecordsOf<'h> {
+    /// A still file with this header.
+    File(&'h Header),
+    /// A still file that is not written yet: what its header will state is not asked.
+    Still,
+    /// A frame of a sequence. It is asked what the sequence is, and there nothing is said of nodes.
+    Frame,
+}
+
+/// Check every record.
+pub fn check_records(view: &View<'_>, flags: u32, of: RecordsOf<'_>, limits: &Limits, exec: &Executor) -> Report {
     let mut out = Report::new(limits.max_issues);
     counts::check_flags(view, flags, &mut out);
     let trees = counts::ranges(view, &mut out);
@@ -29,13 +40,15 @@ pub fn check_records(view: &View<'_>, flags: u32, header: Option<&Header>, limit
     }
 
     if flags & tree_flags::TWO_LEVEL != 0 {
-        // A frame of a sequence is asked what the sequence is, and there nothing is said of nodes.
-        let baked = header.map_or_else(Vec::new, |_| instances::baked_nodes(view.geoms, view.blases.len()));
+        let baked = match of {
+            RecordsOf::Frame => Vec::new(),
+            RecordsOf::File(_) | RecordsOf::Still => instances::baked_nodes(view.geoms, view.blases.len()),
+        };
         let top_depth = check_top(view, &baked, limits, &mut out, exec);
         depth = depth.zip(top_depth).map(|(a, b)| a.max(b));
         instances::check_used(view.instances.iter(), view.blases.len(), SectionKind::BLAS, &mut out);
     }
-    if let Some(header) = header {
+    if let RecordsOf::File(header) = of {
         counts::check_header(view, header, depth, &mut out);
     }
     out

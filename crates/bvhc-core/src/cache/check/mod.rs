@@ -39,7 +39,7 @@ use crate::layout::{Names, SectionEntry, SectionKind, View, tree_flags};
 pub use super::container::hex;
 pub use super::report::{Finding, Place, Report};
 pub use compact::{CompactRecords, check as check_compact};
-pub use content::check_records;
+pub use content::{RecordsOf, check_records};
 pub(super) use counts::check_rows;
 pub(super) use hashes::check_packed;
 pub use identity::Bits;
@@ -204,7 +204,7 @@ pub(super) fn check_content<'a>(
         return false;
     }
     let before = out.errors();
-    out.append(check_records(&view, container.header.tree_flags, Some(&container.header), limits, exec));
+    out.append(check_records(&view, container.header.tree_flags, RecordsOf::File(&container.header), limits, exec));
     let sound = out.errors() == before;
     provenance::check_names_of(container, find(SectionKind::NAMS), view.geoms, out);
     let compact = CompactRecords {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::boxes::{bits, show};
-use super::content::{check_records, check_top};
+use super::content::{RecordsOf, check_records, check_top};
 use super::{Bits, Limits, instances, provenance, records, sides, vertices};
 use crate::cache::container::{Container, First};
 use crate::cache::poses::{PoseRows, Posed, Rows, parts_of};
@@ -212,7 +212,7 @@ fn check_pose(
         instances: &[],
     };
     let kind = posed.topology.flags & (tree_flags::DUP_REFS | tree_flags::REFITTABLE);
-    let mut part = check_records(&view, tree_flags::CANONICAL_DFS | kind, None, limits, exec);
+    let mut part = check_records(&view, tree_flags::CANONICAL_DFS | kind, RecordsOf::Frame, limits, exec);
     if let Some(vertices) = vertices {
         part.append(vertices::check(&view, vertices, limits, exec));
     }

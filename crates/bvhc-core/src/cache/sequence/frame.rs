@@ -204,7 +204,8 @@ impl Frames<'_> {
         }
         if self.validation() >= Validation::Tree {
             let limits = Limits { max_issues: 1, ..Limits::default() };
-            Fault::of_report(&check::check_records(&frame.view(), frame.tree_flags(), None, &limits, exec))?;
+            let of = check::RecordsOf::Frame;
+            Fault::of_report(&check::check_records(&frame.view(), frame.tree_flags(), of, &limits, exec))?;
         }
         Ok(frame)
     }

@@ -9,7 +9,7 @@ use super::inputs;
 use super::make::{Made, Workshop, changed_meanwhile, unchanged};
 use super::outcome::{Arrival, Built, SequenceBuilt, Times};
 use super::plan::Job;
-use super::remarks::Remarks;
+use super::remarks::{Remarks, nothing_in};
 use crate::build::{BuildOptions, Levels, Named, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Meta, WriteSummary};
@@ -25,8 +25,7 @@ use crate::scene::{self, Animation, Clip, Degenerate, InputFile, ReadOptions, Sc
 use crate::sequence::{FrameLabel, Incoming, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees};
 use again::Plan;
 use std::time::{Duration, Instant};
-pub use told::empty_frames;
-use told::{Arrived, Told, arrive, nothing_in};
+use told::{Arrived, Told, arrive};
 
 /// Frames a second of a clip whose keys are not uniform.
 const FILM: f64 = 24.0;

@@ -1,16 +1,13 @@
 //! What the frames of a sequence had to say.
 
 use crate::build::Levels;
-use crate::cli::Context;
-use crate::cli::caches;
 use crate::cli::commands::build::remarks::Remarks;
 use crate::cli::failure::Failure;
-use crate::cli::figures;
 use crate::compile::Placing;
 use crate::scene::{InputFile, ReadOptions, ReadReport, Rounding, Scene};
 use crate::sequence::{FrameLabel, FrameOutcome, Incoming, Preparer};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// What the frames had to say, all together.
@@ -119,22 +116,6 @@ impl Told {
         }
         self.frames.push(frame);
     }
-}
-
-/// How many frames of a file have no triangle, if any, as the build told it.
-pub fn empty_frames(path: &Path, context: &Context) -> Result<Option<String>, Failure> {
-    let sequence = caches::open_sequence(path, context)?;
-    let mut empty = 0;
-    for index in 0..sequence.frame_count() {
-        let frame = sequence.frame_on(index, &context.exec).map_err(|e| caches::failure(&e))?;
-        empty += u64::from(frame.view().instances.is_empty());
-    }
-    Ok(nothing_in(empty))
-}
-
-/// What a build tells of so many frames without triangles.
-pub fn nothing_in(frames: u64) -> Option<String> {
-    (frames > 0).then(|| format!("there is no triangle in {}", figures::counted(frames, "frame", "frames")))
 }
 
 #[cfg(test)]
