@@ -5,6 +5,7 @@
 use super::exit::Exit;
 use super::failure::Failure;
 use super::names;
+use super::outputs;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -31,24 +32,20 @@ pub fn render(target: &Path, inputs: &[PathBuf], phony: bool) -> Result<Vec<u8>,
     Ok(out)
 }
 
-/// Say before a build that there is no place for its depfile: else the output would be there and nothing would know what it depends on.
-pub fn writable(path: &Path) -> Result<(), Failure> {
-    let refuse =
-        |fact: String| Failure::new(Exit::Io, format!("cannot write the depfile {}", names::path(path))).fact(fact);
-    if path.is_dir() {
-        return Err(refuse("it is a folder".into()).help("name a file with --depfile"));
+/// Say before a build that there is no place for its depfile: else the output would be there and nothing would know what it depends on. `made` is a folder that
+/// the build makes.
+pub fn writable(path: &Path, made: Option<&Path>) -> Result<(), Failure> {
+    if made.is_some_and(|made| path.parent() == Some(made)) && !path.is_dir() {
+        return Ok(());
     }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
-        let folder = names::path(folder);
-        return Err(refuse(format!("there is no folder {folder}")).help(format!("mkdir -p {folder}")));
-    }
-    // Opened for more text, a file that is there stays as it is; one that is not there must not appear.
-    let was_there = path.exists();
-    match File::options().append(true).create(true).open(path) {
-        Ok(_) if was_there => Ok(()),
-        Ok(_) => std::fs::remove_file(path).map_err(|e| refuse(e.to_string())),
-        Err(error) => Err(refuse(error.to_string()).help("name another file with --depfile")),
+    outputs::has_place(path, "--depfile")?;
+    match path.metadata() {
+        Ok(metadata) if metadata.is_file() && metadata.permissions().readonly() => {
+            Err(Failure::new(Exit::Io, format!("cannot write {}", names::path(path)))
+                .fact("it is read-only")
+                .help("name another file with --depfile, or make this one writable"))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -10,16 +10,20 @@ use std::path::Path;
 
 /// Say before a long build what its end would say: that there is no place for the file.
 pub fn writable(path: &Path) -> Result<(), Failure> {
+    has_place(path, "-o")
+}
+
+/// [`writable`] of a file that this flag names.
+pub fn has_place(path: &Path, flag: &str) -> Result<(), Failure> {
     let refuse = |fact: String| Failure::new(Exit::Io, format!("cannot write {}", names::path(path))).fact(fact);
     if path.is_dir() {
-        return Err(refuse("it is a folder".into()).help("name a file with -o"));
+        return Err(refuse("it is a folder".into()).help(format!("name a file with {flag}")));
     }
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
             if folder.exists() {
-                return Err(
-                    refuse(format!("{} is not a folder", names::path(folder))).help("name another output with -o")
-                );
+                return Err(refuse(format!("{} is not a folder", names::path(folder)))
+                    .help(format!("name another file with {flag}")));
             }
             let folder = names::path(folder);
             Err(refuse(format!("there is no folder {folder}")).help(format!("mkdir -p {folder}")))

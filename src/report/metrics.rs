@@ -223,13 +223,14 @@ mod tests {
     #[test]
     fn a_sign_asks_for_the_change_and_percent_for_its_share() {
         assert!(holds("ray-cost > +2%", 100.0, 102.5) && !holds("ray-cost > +2%", 100.0, 101.5));
-        assert!(holds("ray-cost>2%", 100.0, 102.5) && holds("sah < -5 %", 100.0, 90.0));
+        assert!(holds("ray-cost>+2%", 100.0, 102.5) && holds("sah < -5 %", 100.0, 90.0));
         assert!(
             holds("sah > +0.5", 10.0, 10.6) && !holds("sah > +0.5", 10.0, 10.5) && holds("sah >= +0.5", 10.0, 10.5)
         );
         assert!(
             holds("depth > 40", 41.0, 41.0) && !holds("depth > 40", 50.0, 40.0) && holds("depth <= 40", 50.0, 40.0)
         );
+        assert_eq!(Condition::parse("sah > 2%"), Err(NoCondition::Sign));
         // From nothing to something is more than any share; nothing to nothing is no change.
         assert!(holds("duplication > +1000%", 0.0, 0.1) && !holds("duplication > +0%", 0.0, 0.0));
     }

@@ -233,12 +233,14 @@ pub struct Statement {
 impl ReadReport {
     /// Take over what another frame of the same sequence lost more of: afterwards each count is the largest of all frames.
     pub fn raise(&mut self, frame: &ReadReport) {
+        // Short faces are among the skipped primitives, so that both are raised apart and added up.
+        let lines = |report: &ReadReport| report.skipped_primitives - report.short_faces.min(report.skipped_primitives);
+        let lines = lines(self).max(lines(frame));
         let counts = [
             (&mut self.degenerate_triangles, frame.degenerate_triangles),
             (&mut self.non_finite_triangles, frame.non_finite_triangles),
             (&mut self.out_of_range_triangles, frame.out_of_range_triangles),
             (&mut self.unreferenced_positions, frame.unreferenced_positions),
-            (&mut self.skipped_primitives, frame.skipped_primitives),
             (&mut self.short_faces, frame.short_faces),
             (&mut self.singular_instances, frame.singular_instances),
             (&mut self.out_of_range_instances, frame.out_of_range_instances),
@@ -256,6 +258,7 @@ impl ReadReport {
         for (most, count) in counts {
             *most = count.max(*most);
         }
+        self.skipped_primitives = lines + self.short_faces;
         if self.first_unknown_statement.is_none() {
             self.first_unknown_statement.clone_from(&frame.first_unknown_statement);
         }

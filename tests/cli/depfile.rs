@@ -35,7 +35,7 @@ fn nothing_is_built_whose_depfile_has_no_place() {
     place.write("dep/x", "");
     let name = if cfg!(unix) { "new\nline.obj" } else { "a.obj" };
     place.write(name, strip(3));
-    for (depfile, code) in [("gone/a.d", 3), ("dep", 3)] {
+    for (depfile, code) in [("gone/a.d", 3), ("dep", 3), ("a.obj/a.d", 3)] {
         let said = place.run(&format!("build a.obj -o a.bvhc --depfile {depfile}"));
         assert!(said.code == code && said.err.contains("help:"), "{depfile}: {}", said.err);
         assert!(!place.path("a.bvhc").exists(), "{depfile}");
@@ -47,6 +47,9 @@ fn nothing_is_built_whose_depfile_has_no_place() {
     }
     place.ok("build a.obj -o a.bvhc --depfile a.d --dry-run");
     assert!(!place.path("a.d").exists());
+    // A folder that the build makes is no obstacle.
+    place.ok("build a.obj -o made/ --depfile made/a.d");
+    assert!(place.path("made/a.d").exists());
 }
 
 #[test]

@@ -280,6 +280,8 @@ fn stats_compares_two_files_and_judges_for_ci() {
     place.write("c.obj", strip(7));
     place.ok("build c.obj");
     let other = place.ok("stats --compare a.bvhc c.bvhc");
+    place.ok("build a.obj -o two.bvhc --levels two");
+    assert!(!place.ok("stats --compare a.bvhc two.bvhc").err.contains("warning"), "one model in two forms");
     assert!(other.err.contains("and 14 triangles") && !same.err.contains("warning"), "{}", other.err);
     assert_eq!(place.run("stats --compare a.bvhc gone.bvhc").code, 3);
 

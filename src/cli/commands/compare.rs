@@ -47,11 +47,11 @@ pub fn run(
     context: &Context,
 ) -> Result<Exit, Failure> {
     let [before, after] = reports else { return Ok(Exit::Success) };
-    let triangles = [before, after].map(|report| report.blas.prims);
+    let triangles = [before, after].map(|report| report.instanced_triangles);
     if triangles[0] != triangles[1] {
         let [a, b] = triangles.map(figures::count);
         context.terminal.warn(&format!(
-            "the files hold {a} and {b} triangles: figures of different models say nothing of their trees"
+            "rays can hit {a} and {b} triangles: figures of different models say nothing of their trees"
         ));
     }
     let changes = Change::all(before, after);

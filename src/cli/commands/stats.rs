@@ -57,8 +57,8 @@ pub struct StatsArgs {
     /// Of two files: what changed from the first to the second
     #[arg(long, conflicts_with_all = ["csv", "frames", "depths"])]
     compare: bool,
-    /// With --compare: exit with 8 where this holds, such as 'ray-cost > +2%', 'sah > +0.5' or 'depth > 40'; may be given again. A sign asks for the
-    /// change, with % for its share, neither for the second file's value
+    /// With --compare: exit with 8 where this holds, such as 'ray-cost > +2%', 'sah > +0.5' or 'depth > 40'; may be given again. With a sign it is
+    /// about the change, with a sign and % about its share, else about the second file's value
     #[arg(long = "fail-if", value_name = "CONDITION", requires = "compare", value_parser = compare::parse_condition)]
     fail_if: Vec<Condition>,
 }

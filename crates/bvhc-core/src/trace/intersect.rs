@@ -105,7 +105,8 @@ impl EdgeRay {
     /// shear and its product, and the one of the difference give `|error of A_x| ≤ u(2|a_x| + 4.1|a_z|) + 2.1·moved ≤ u(2r + 6.1|a_z|) +
     /// 2.1·moved` with `r = |A_x| + |A_y|`. An edge function `C_x·B_y − C_y·B_x` is therefore off by at most `g_C·e_B + g_B·e_C`, where
     /// `e = 8u(r + |a_z|) + 3·moved` covers the error of a corner and its share `u·r` of the edge function's own roundings, and `g = r + e`. The
-    /// constant 2⁻¹²⁰ stands for underflow; overflow makes comparisons false.
+    /// constant 2⁻¹²⁰ stands for underflow. Where one of the two products of an edge function may overflow, so does `g_C·g_B`, and its product with 0
+    /// makes the bound no number, so that both comparisons are false.
     ///
     /// The lanes are the three corners, and the third once more.
     #[inline(always)]
@@ -122,7 +123,8 @@ impl EdgeRay {
 
         // The edge functions of each corner and the one before it.
         let [qx, qy, q_reach, q_error] = [x, y, reach, error].map(Register::previous);
-        let bound = reach * q_error + q_reach * error + Register::splat(Filter::UNDERFLOW);
+        let overflow = reach * q_reach * Register::splat(0.0);
+        let bound = reach * q_error + q_reach * error + Register::splat(Filter::UNDERFLOW) + overflow;
         let side = x * qy - y * qx;
         let (left, right) = (bound.less(side), side.less(bound.negated()));
         (left != 0) & (right != 0)
@@ -155,7 +157,7 @@ impl EdgeRay {
     /// Where the ray's line crosses the triangle, edges and corners included. A triangle seen edge-on has no crossing.
     ///
     /// Two conditions are asked. The origin of the sheared plane lies on one side of the three edges. And it lies within the rectangle around
-    /// the sheared corners, up to a margin of 2⁻⁴⁸ of the coordinates in play: a shear and its difference round by less than 2⁻⁵¹ of them, so
+    /// the sheared corners, up to a margin of 2⁻⁵⁰ of the coordinates in play: a shear and its difference round by less than 2⁻⁵¹ of them, so
     /// no ray that meets the triangle is lost by the second one. It is needed where a triangle is so thin that the products of an edge
     /// function are rounded by more than the triangle is wide. All three signs are chance there, along the whole line of the
     /// triangle, and only the rectangle ends it.
@@ -221,8 +223,8 @@ pub fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// 2⁻⁴⁸.
-const OUTLINE_MARGIN: f64 = f64::from_bits((1023 - 48) << 52);
+/// 2⁻⁵⁰.
+const OUTLINE_MARGIN: f64 = f64::from_bits((1023 - 50) << 52);
 
 #[cfg(test)]
 mod tests {
@@ -258,5 +260,30 @@ mod tests {
             }
         }
         assert!(within > 100 && beside > 1000, "{within} hits, {beside} rays past the ends");
+    }
+
+    /// Products beyond the range of `f32` prove nothing: rays at points of triangles whose coordinates are about the root of the largest number.
+    #[test]
+    fn a_product_that_overflows_rejects_nothing() {
+        let mut random = Random::new(7);
+        let mut crossed = 0;
+        for _ in 0..40_000 {
+            let mut point = || [0; 3].map(|_| (2.5e19 * (2.0 * random.unit() - 1.0)) as f32);
+            let corners = [point(), point(), point()];
+            let mut triangle: TriangleRecord = bytemuck::Zeroable::zeroed();
+            [triangle.v0, triangle.v1, triangle.v2] = corners;
+            let (a, b) = (random.unit(), random.unit());
+            let weights = [1.0 - a.max(b), a.min(b), (a - b).abs()];
+            let target = [0, 1, 2].map(|k| (0..3).map(|c| weights[c] * f64::from(corners[c][k])).sum::<f64>());
+            let ray = EdgeRay::new([0.0; 3], target.map(|v| f64::from((v * 1e-19) as f32)));
+            let (filtered, exact) = match ray.dominant {
+                0 => (ray.crossing::<0>(&triangle), ray.decide::<0>(&triangle)),
+                1 => (ray.crossing::<1>(&triangle), ray.decide::<1>(&triangle)),
+                _ => (ray.crossing::<2>(&triangle), ray.decide::<2>(&triangle)),
+            };
+            crossed += u32::from(exact.is_some());
+            assert_eq!(filtered.is_some(), exact.is_some(), "{triangle:?} {ray:?}");
+        }
+        assert!(crossed > 30_000, "{crossed}");
     }
 }

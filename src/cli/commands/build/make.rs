@@ -79,13 +79,13 @@ impl Workshop<'_> {
         read.degenerate_triangles += placing.collapsed;
         let remarks = Remarks { report: &read, read: &self.read, rounding: &rounding, placing: &placing };
         let model = names::path(&job.input);
-        let mut told = remarks.warnings(self.build.levels);
-        if laid.meshes.is_empty() && self.args.empty == Empty::Keep {
-            told.push("there is no triangle in it".to_string());
-        }
-        told.iter().for_each(|warning| terminal.warn(&format!("{model}: {warning}")));
+        let empty = (laid.meshes.is_empty() && self.args.empty == Empty::Keep)
+            .then(|| "there is no triangle in it".to_string());
         let mut unasked = remarks.unasked(self.build.levels, self.accepts_degenerate());
-        unasked.extend(told.iter().skip(remarks.warnings(self.build.levels).len()).cloned());
+        unasked.extend(empty.clone());
+        let mut told = remarks.warnings(self.build.levels);
+        told.extend(empty);
+        told.iter().for_each(|warning| terminal.warn(&format!("{model}: {warning}")));
         self.forgive(&model, &unasked)?;
         if let Some(posed) = &posed {
             self.tell_moment(&model, posed);

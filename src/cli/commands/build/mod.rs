@@ -204,7 +204,8 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
         depfile::may_replace(path)?;
     }
     if let Some(path) = &args.depfile.path {
-        depfile::writable(path)?;
+        let made = job.output.parent().filter(|_| args.output.as_ref() != Some(&job.output));
+        depfile::writable(path, made)?;
         let model = job.bytes.is_none().then(|| job.input.clone());
         depfile::render(depfile_target(job, args), model.as_slice(), args.depfile.phony)?;
     }

@@ -153,7 +153,12 @@ pub fn nothing_in(frames: u64) -> Option<String> {
 pub fn with_warnings(model: &str, told: &[String]) -> Failure {
     let failure = Failure::new(Exit::Model, format!("cannot take {model} without warnings"));
     let failure = told.iter().fold(failure, |failure, line| failure.fact(line.clone()));
-    failure.help("mend the model, or leave out --warnings-as-errors; triangles without area are accepted where --degenerate is given")
+    let without_area = told.iter().any(|line| line.contains("without area"));
+    failure.help(if without_area {
+        "mend the model, or say that triangles without area are left out: --degenerate drop"
+    } else {
+        "mend what is told, or leave out --warnings-as-errors"
+    })
 }
 
 /// `3 triangles without area`, `1 vertex without weights`.

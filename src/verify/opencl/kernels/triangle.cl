@@ -170,7 +170,7 @@ static Corner corner(const EdgeRay *ray, float3 position) {
 
 // The side of the edge that the ray passes on: 1 or -1 where f32 is sure of it, else 0.
 static int side(Corner p, Corner q) {
-    float bound = (p.reach * q.error + q.reach * p.error) + 0x1p-120f;
+    float bound = ((p.reach * q.error + q.reach * p.error) + 0x1p-120f) + p.reach * q.reach * 0.0f;
     float edge = p.x * q.y - p.y * q.x;
     return bound < edge ? 1 : edge < -bound ? -1 : 0;
 }
@@ -239,7 +239,7 @@ static bool triangle(const Scene *scene, const EdgeRay *ray, ulong slot, uint in
 
     // Thin triangles end where the rectangle around their corners ends.
     real largest = larger(larger(size(a), size(b)), size(c));
-    real margin = times(times(largest, magnitude(d.z)), real_of(0x3CF0000000000000UL)); // 2^-48
+    real margin = times(times(largest, magnitude(d.z)), real_of(0x3CD0000000000000UL)); // 2^-50
     if (outside(sa.x, sb.x, sc.x, margin) || outside(sa.y, sb.y, sc.y, margin))
         return false;
 

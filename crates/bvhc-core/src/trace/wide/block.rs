@@ -67,7 +67,8 @@ impl TriangleBlock {
         let depth = a_depth.max(b_depth).max(c_depth);
         let error = (reach + depth) * Register::splat(Filter::RELATIVE) + Register::splat(ray.slack);
         let half = (reach + error) * error;
-        let bound = half + half + Register::splat(Filter::UNDERFLOW);
+        let overflow = reach * reach * Register::splat(0.0);
+        let bound = half + half + Register::splat(Filter::UNDERFLOW) + overflow;
 
         let (u, v, w) = (ax * cy - ay * cx, bx * ay - by * ax, cx * by - cy * bx);
         let (least, most) = (u.min(v).min(w), u.max(v).max(w));
@@ -112,7 +113,8 @@ mod tests {
             2 => f32::MAX,
             3 => -3.0e38,
             4 => 1e-30,
-            5 => 1e18 * random.unit() as f32,
+            // Whose products overflow, or nearly so.
+            5 | 7 => 2.5e19 * (2.0 * random.unit() as f32 - 1.0),
             _ => 2.0 * random.unit() as f32 - 1.0,
         };
         let (mut rejected, mut more) = (0, 0);

@@ -18,7 +18,7 @@ pub struct WideTrees<const N: usize> {
     /// The triangle of its tree that each reference is. Leaves name references by their numbers here, where they stand leaf after leaf, in the order of nodes and
     /// lanes. Each leaf begins a block of four, and what is left of its last one is `u32::MAX`.
     pub order: Vec<u32>,
-    /// The triangles of each four references: 48 bytes a triangle where no lane is left.
+    /// The triangles of each four references: 36 bytes a triangle where all four lanes are used.
     pub blocks: Vec<TriangleBlock>,
 }
 
