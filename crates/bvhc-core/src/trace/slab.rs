@@ -185,11 +185,12 @@ const TWO_TO_MINUS_100: f64 = power_of_two(-100);
 const TWO_TO_MINUS_146: f64 = power_of_two(-146);
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use crate::random::Random;
 
-    fn special(random: &mut Random) -> f32 {
+    /// Numbers that planes and rays share often, and very large and small ones.
+    pub fn special(random: &mut Random) -> f32 {
         match random.below(8) {
             0 => 0.0,
             1 => -0.0,

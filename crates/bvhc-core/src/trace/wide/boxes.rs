@@ -148,18 +148,7 @@ mod tests {
     use super::*;
     use crate::layout::WideNode;
     use crate::random::Random;
-
-    fn special(random: &mut Random) -> f32 {
-        match random.below(8) {
-            0 => 0.0,
-            1 => -0.0,
-            2 => 1.0,
-            3 => 0.25 * random.below(8) as f32 - 1.0,
-            4 => 1e30 * (random.unit() as f32 - 0.5),
-            5 => 1e-30 * (random.unit() as f32 - 0.5),
-            _ => 2.0 * random.unit() as f32 - 1.0,
-        }
-    }
+    use crate::trace::slab::tests::special;
 
     /// Forward or back, from an origin that `f32` holds or does not.
     #[test]
