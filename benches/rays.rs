@@ -36,9 +36,10 @@ use bvhc::trace::wide::{Collapse, CompactTrees, WideTrees};
 use bvhc::trace::{Hit, Malformed, any_hit, closest_hit};
 use bvhc::tree::Accel;
 use clap::Parser;
-use embree::{Embree, QUALITIES, Tracer};
+use embree::{QUALITIES, Tracer};
 use std::process::ExitCode;
 use std::time::Instant;
+use workers::Embree;
 
 /// What is measured if nobody says.
 const SCENES: [&str; 3] = ["sponza_dabrovic", "obvhs_kitchen", "bunny"];

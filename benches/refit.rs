@@ -28,9 +28,10 @@ use bvhc::geom::Point;
 use bvhc::scene::Mesh;
 use bvhc::tree::{Node, Tree};
 use clap::Parser;
-use embree::{Embree, Refitter};
+use embree::Refitter;
 use std::process::ExitCode;
 use std::time::Instant;
+use workers::Embree;
 
 /// Poses of a scene.
 const POSES: usize = 8;

@@ -36,8 +36,8 @@ fn family(name: &'static str) -> Option<Family> {
     };
     match name {
         "embree" => {
-            let library = embree_library()?;
-            let (program, library) = (build("embree_worker", "embree", &[])?, library.to_string_lossy().into_owned());
+            let Embree { program, library } = Embree::find()?;
+            let library = library.to_string_lossy().into_owned();
             let forms = ["1", "2"].map(|threads| form(&program, &[&library, threads]));
             Some(Family { name, settings: &["low", "medium", "high"], forms })
         }
@@ -56,7 +56,7 @@ fn family(name: &'static str) -> Option<Family> {
 }
 
 /// Compile a worker's package; `None`, with the reason on stderr, where that fails.
-pub fn build(package: &str, target: &str, features: &[&str]) -> Option<PathBuf> {
+fn build(package: &str, target: &str, features: &[&str]) -> Option<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = root.join("target").join(target);
     let mut cargo = Command::new(env!("CARGO"));
@@ -71,8 +71,22 @@ pub fn build(package: &str, target: &str, features: &[&str]) -> Option<PathBuf> 
     }
 }
 
+/// Embree's worker and the library that it loads.
+pub struct Embree {
+    pub program: PathBuf,
+    pub library: PathBuf,
+}
+
+impl Embree {
+    /// `None`, with the reason on stderr, where one of them cannot be had.
+    pub fn find() -> Option<Embree> {
+        let library = embree_library()?;
+        Some(Embree { program: build("embree_worker", "embree", &[])?, library })
+    }
+}
+
 /// Embree 4's shared library: what `BVHC_EMBREE` names, or that of the Python package `embreex`, or one that the system's loader finds.
-pub fn embree_library() -> Option<PathBuf> {
+fn embree_library() -> Option<PathBuf> {
     if let Some(path) = std::env::var_os("BVHC_EMBREE") {
         let path = PathBuf::from(path);
         if path.is_file() {

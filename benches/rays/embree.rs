@@ -1,29 +1,14 @@
 //! Embree behind a pipe, tracing rays through its own scenes of one mesh on one thread.
 
-use super::workers::{build, embree_library};
+use super::workers::Embree;
 use bvhc::Ray;
 use bvhc::scene::Mesh;
 use bvhc::trace::probe::{ProbeRays, SETS};
 use std::io::{Read, Result, Write};
-use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
 /// The scenes' build qualities, in the order of the numbers that ask for them.
 pub const QUALITIES: [&str; 2] = ["medium", "high"];
-
-/// Where the worker and the library are.
-pub struct Embree {
-    program: PathBuf,
-    library: PathBuf,
-}
-
-impl Embree {
-    /// `None`, with the reason on stderr, where it cannot be had.
-    pub fn find() -> Option<Embree> {
-        let library = embree_library()?;
-        Some(Embree { program: build("embree_worker", "embree", &[])?, library })
-    }
-}
 
 /// A worker with its scenes built and all rays at hand.
 pub struct Tracer {

@@ -1,23 +1,8 @@
 //! Embree behind a pipe, refitting the poses of one mesh on one thread.
 
-use super::workers::{build, embree_library};
+use super::workers::Embree;
 use std::io::{Read, Result, Write};
-use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-
-/// Where the worker and the library are.
-pub struct Embree {
-    program: PathBuf,
-    library: PathBuf,
-}
-
-impl Embree {
-    /// `None`, with the reason on stderr, where it cannot be had.
-    pub fn find() -> Option<Embree> {
-        let library = embree_library()?;
-        Some(Embree { program: build("embree_worker", "embree", &[])?, library })
-    }
-}
 
 /// A worker at work on one mesh.
 pub struct Refitter {
