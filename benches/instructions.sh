@@ -17,13 +17,13 @@ trap 'rm -rf "$scratch"' EXIT
 count() {
     local flags
     read -ra flags <<<"$2"
-    valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect='*::decide_tree' \
+    valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect='*::decide_tree' --toggle-collect='*::decide_sound' \
         "$1" build "$model" -o "$scratch/out.bvhc" --force --quiet --jobs 1 "${flags[@]}" >"$scratch/log" 2>&1 ||
         { cat "$scratch/log" >&2; return 1; }
     local counted
     counted=$(sed -n 's/.*Collected : //p' "$scratch/log")
     if [ "${counted:-0}" = 0 ]; then
-        echo "nothing was counted: $1 has no function decide_tree that is called" >&2
+        echo "nothing was counted: $1 has no function decide_tree or decide_sound that is called" >&2
         return 1
     fi
     echo "$counted"

@@ -102,7 +102,11 @@ def documents(tool, scratch):
     yield from run("view", files[1], *picture, "--shade", "instance")
     yield from run("view", "clip.bvhc", "--frame", "0", *picture)
     yield from run("view", "--compare", files[1], files[2], *picture)
-    yield from run("view", files[0], "--html", "page.html")
+    eye = ["--camera", "0,5,9,0,0,0,40"]
+    pages = [[files[0]], ["clip.bvhc", *eye], ["--compare", files[1], files[2]]]
+    for shown in pages:
+        yield from run("view", *shown, "--html", "page.html", "--force")
+        yield "the head of that page", head_of(scratch / "page.html")
     yield from run("view", files[0], "--tree", "--depth", "2")
     yield from run("view", files[1], "--tree")
     yield from run("check", *files, *sorted((VECTORS / "invalid").glob("*.bvhc")))
@@ -120,6 +124,13 @@ def documents(tool, scratch):
     all_of_it = ["-o", "chart.html", "--accuracy-rays", "200", "--recipe", "--method sweep --reinsert 1"]
     yield from run("chart", "odd.obj", "clip.bvhc", *chart, *all_of_it)
     yield from run("chart", SAMPLES / "pillar.obj", *chart, "--accuracy-rays", "0", "--budget", "0s")
+
+
+def head_of(page):
+    """What a page says of its scenes."""
+    text = page.read_text(encoding="utf-8")
+    head = text.split('<script type="application/json" id="head">')[1].split("</script>")[0]
+    return json.loads(head)
 
 
 def moving():

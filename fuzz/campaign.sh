@@ -22,7 +22,10 @@ case "${1:-}" in
 esac
 [ $# -gt 0 ] && targets=("$@")
 
-twin() { cargo run --quiet --release --manifest-path fuzz/Cargo.toml --no-default-features --bin twin -- "$@"; }
+# Short runs take what the tests have built already; long ones are optimised more.
+profile=(--release)
+if [ $mode = planted ] || [ $mode = minute ]; then profile=(--target-dir target); fi
+twin() { cargo run --quiet "${profile[@]}" --manifest-path fuzz/Cargo.toml --no-default-features --bin twin -- "$@"; }
 # Memory is safe by the language here, so that a sanitizer finds little and halves the speed: BVHC_FUZZ_SANITIZER=address has one.
 fuzzer=(cargo +nightly fuzz)
 how=(-s "${BVHC_FUZZ_SANITIZER:-none}")

@@ -71,6 +71,18 @@ if [ ! -d "$BVHC_SEQUENCES" ]; then
 fi
 part "unit, integration and documentation tests" cargo test --workspace --no-fail-fast
 
+# The integration tests that have long ones: `tests/NAME.rs` or the folder `tests/NAME`.
+with_long=()
+for file in $(grep -rl 'fn long_' tests --include='*.rs' | sort); do
+    name=${file#tests/}
+    name=${name%%/*}
+    [[ " ${with_long[*]:-} " == *" ${name%.rs} "* ]] || with_long+=(--test "${name%.rs}")
+done
+if [ ${#with_long[@]} = 0 ]; then
+    echo "no long tests were found below tests/" >&2
+    exit 1
+fi
+
 if [ $quick = 0 ]; then
     # The long tests go over the samples and, where the folder is there, over real scenes.
     export BVHC_MODELS="${BVHC_MODELS:-$PWD/../shared/models}"
@@ -81,7 +93,9 @@ if [ $quick = 0 ]; then
         unset BVHC_MODELS
     fi
     part "the program, optimised" cargo build --release
-    part "long tests" cargo test --release --no-fail-fast -- --ignored long_
+    # Those of the library were built above. Of the others only what has long tests is built again, optimised.
+    part "long tests of the library" cargo test --workspace --lib --no-fail-fast -- --ignored long_
+    part "long tests" cargo test --release --no-fail-fast "${with_long[@]}" -- --ignored long_
     part "the library without the command line" cargo test --no-default-features --lib
     part "tests of bvhc-core with every feature" cargo test -p bvhc-core --all-features --no-fail-fast
 

@@ -202,8 +202,8 @@ fn a_sequence_is_no_still_file_and_a_still_file_no_sequence() {
 
 /// What the format forbids is refused when it is written, and leaves no file.
 #[test]
-fn more_parts_than_the_leaves_have_room_for_are_not_written() {
-    let written = |parts: usize| {
+fn parts_that_break_a_rule_are_not_written() {
+    let written = |parts: usize, change: fn(&mut [GeomRecord])| {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.bvhc");
         let exec = Executor::sequential();
@@ -215,6 +215,7 @@ fn more_parts_than_the_leaves_have_room_for_are_not_written() {
         for (number, geom) in (1..).zip(&mut geoms[1..]) {
             (geom.source_part, geom.first_prim) = (number, 1);
         }
+        change(&mut geoms);
         let corner = IndexedTriangleRecord { corners: [0, 1, 2], prim: 0, geom: 0, flags: 0 };
         let parts = Parts { geoms: &geoms, names: &[], materials: &[], sides: &[], vertices: &[] };
         let topology = writer.topology(&nodes, 3, [corner], &parts);
@@ -227,8 +228,14 @@ fn more_parts_than_the_leaves_have_room_for_are_not_written() {
             .map(|bytes| check_bytes(&bytes, Level::Tree, None, &Limits::default(), &exec).is_valid());
         (result.map(drop), valid)
     };
-    assert!(matches!(written(255), (Ok(()), Some(true))));
-    assert!(matches!(written(256), (Err(CacheError::Unwritable { .. }), None)));
+    assert!(matches!(written(255, |_| ()), (Ok(()), Some(true))));
+    assert!(matches!(written(256, |_| ()), (Err(CacheError::Unwritable { .. }), None)), "room for fewer");
+    let told = |change| match written(3, change) {
+        (Err(CacheError::Unwritable { detail, .. }), None) => detail,
+        other => panic!("{other:?}"),
+    };
+    assert!(told(|geoms| geoms[2].first_prim = 0).contains("E0328"), "a number of the part before");
+    assert!(told(|geoms| (geoms[2].first_prim, geoms[2].prim_count) = (u32::MAX, 1)).contains("E0316"));
 }
 
 /// Stored as differences, each frame is the same to the last bit, in whatever order they are opened; and the raw file comes back.

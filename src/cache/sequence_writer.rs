@@ -11,11 +11,13 @@ use std::path::{Path, PathBuf};
 
 use bytemuck::{Zeroable, cast_slice};
 
-use bvhc_core::cache::parts::{Block, Encoder, encode_names};
+use bvhc_core::cache::check::check_parts;
+use bvhc_core::cache::parts::{Block, Encoder, Fault, encode_names};
 
+use super::check::Limits;
 use super::frame_order::misplaced;
 use super::sealed::{Data, Form, Piece, Sealed, store, store_delta};
-use super::writer::builder_id;
+use super::writer::{builder_id, refusal};
 use super::{
     CacheError, Codec, FrameRecord, GeomRecord, Header, IndexedTriangleRecord, InstanceRecord, KINDS, MAGIC, MAJOR,
     Meta, PoseRecord, SEQUENCE_MIN_MINOR, SectionEntry, SectionKind, TopologyRecord, WriteSummary, atomic,
@@ -277,6 +279,9 @@ impl<'e> SequenceWriter<'e> {
         if let Some((number, parts, most)) = self.overfull() {
             return Err(unwritable(format!("topology {number} has {parts} parts, and its tree has room for {most}")));
         }
+        let limits = Limits { max_issues: 1, ..Limits::default() };
+        let report = check_parts(&self.geoms, self.topologies.len(), &limits);
+        Fault::of_report(&report).map_err(|fault| refusal(fault, &name))?;
         // A file has at least one block and one placement, empty where no frame shows anything.
         if self.blocks == 0 {
             self.spool(SectionKind::NODE, 0, 0, &[], None)?;

@@ -168,7 +168,7 @@ fn entry_of(kind: SectionKind, count: usize) -> SectionEntry {
 }
 
 /// An image that breaks a rule is a fault of the program; one that could not be looked into may be sound.
-fn refusal(fault: Fault, name: &str) -> CacheError {
+pub(super) fn refusal(fault: Fault, name: &str) -> CacheError {
     let detail = fault.to_string();
     match fault.of(name) {
         CacheError::Invalid { name, .. } => CacheError::Unwritable { name, detail },

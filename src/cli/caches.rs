@@ -150,7 +150,7 @@ pub fn scene_failure(error: &SceneError) -> Failure {
         scene::ErrorKind::Unsupported => Exit::Unsupported,
         scene::ErrorKind::Limit => Exit::Limit,
     };
-    let failure = advice::told(Failure::from_message(exit, &error.to_string()), error);
+    let failure = advice::told(Failure::new(exit, error.action()).facts(error.facts()), error);
     match advice::for_scene(error) {
         Some(help) => failure.help(help),
         None => failure,

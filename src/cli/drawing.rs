@@ -57,7 +57,7 @@ pub fn suits(path: &Path, kinds: &[&str], help: &str) -> Result<(), Failure> {
 
 /// Write a chart as SVG.
 pub fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
-    let svg = chart.svg().map_err(|e| Failure::from_message(Exit::Internal, &e.to_string()))?;
+    let svg = chart.svg().map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
     std::fs::write(path, CHART.to_owned() + &svg).map_err(|e| {
         Failure::new(Exit::Io, format!("cannot write the chart {}", names::path(path))).fact(e.to_string())
     })

@@ -40,15 +40,6 @@ impl Failure {
         Failure { exit, action: action.into(), facts: Vec::new(), help: None, silent: false }
     }
 
-    /// A library error's text: the first line is the action, all others are facts. What helps, the caller adds.
-    pub fn from_message(exit: Exit, message: &str) -> Failure {
-        let mut lines = message.lines().map(str::trim).filter(|l| !l.is_empty());
-        let action = lines.next().unwrap_or_default();
-        let mut failure = Failure::new(exit, decapitalise(action.trim_end_matches('.')));
-        failure.facts.extend(lines.map(str::to_string));
-        failure
-    }
-
     /// The end of a run whose stdout was closed early by its reader (`bvhc … | head`): no error, no message.
     pub fn broken_pipe() -> Failure {
         Failure { silent: true, ..Failure::new(Exit::Success, "cannot write to a closed pipe") }
@@ -61,6 +52,12 @@ impl Failure {
     #[must_use]
     pub fn fact(mut self, fact: impl Into<String>) -> Failure {
         self.facts.push(fact.into());
+        self
+    }
+
+    #[must_use]
+    pub fn facts(mut self, facts: impl IntoIterator<Item = String>) -> Failure {
+        self.facts.extend(facts);
         self
     }
 
@@ -99,26 +96,15 @@ impl Failure {
     }
 }
 
-/// Messages follow a word and a colon here, where a capital would look odd.
-fn decapitalise(text: &str) -> String {
-    let mut chars = text.chars();
-    match chars.next() {
-        Some(first) if chars.clone().next().is_some_and(char::is_lowercase) => {
-            first.to_lowercase().chain(chars).collect()
-        }
-        _ => text.to_string(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_library_message_is_taken_apart() {
-        let f = Failure::from_message(Exit::Model, "Cannot read a.obj.\n  line 3 is cut short").help("export it again");
-        assert_eq!((f.action.as_str(), &f.facts[..]), ("cannot read a.obj", &["line 3 is cut short".to_string()][..]));
-        assert_eq!(f.to_text(str::to_string), "error: cannot read a.obj\n  line 3 is cut short\nhelp: export it again");
+    fn facts_stand_a_line_each_before_the_help() {
+        let f =
+            Failure::new(Exit::Model, "cannot read a.obj").facts(["one".into(), "two".into()]).help("export it again");
+        assert_eq!(f.to_text(str::to_string), "error: cannot read a.obj\n  one\n  two\nhelp: export it again");
     }
 
     #[test]

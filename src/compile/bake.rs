@@ -13,6 +13,25 @@ pub(super) enum Baked {
     Moved(Mesh),
 }
 
+/// Triangles and positions of all instances together.
+///
+/// # Errors
+/// Where 32-bit indices do not reach all of them in one mesh.
+pub(super) fn counts(meshes: &[Mesh], instances: &[&Instance]) -> Result<[u64; 2], BuildError> {
+    let of = |i: &Instance| &meshes[i.mesh as usize];
+    let triangles: u64 = instances.iter().map(|i| of(i).triangles.len() as u64).sum();
+    let positions: u64 = instances.iter().map(|i| of(i).positions.len() as u64).sum();
+    for (what, needed, limit) in [
+        ("one tree over all instances (triangles)", triangles, MAX_REFS),
+        ("one mesh of all instances (positions)", positions, u64::from(u32::MAX)),
+    ] {
+        if needed > limit {
+            return Err(BuildError::TooLarge { what, needed, limit, remedy: Remedy::TwoLevels });
+        }
+    }
+    Ok([triangles, positions])
+}
+
 /// Merge instances, in order, into one mesh whose coordinates are measured from `origin`.
 ///
 /// Each vertex is moved in `f64` and rounded once. A mirroring transform turns a triangle's winding around and that is
@@ -38,19 +57,8 @@ pub(super) fn bake(
         return Ok(Baked::Taken(mesh));
     }
 
-    // Both counts must fit 32-bit indices.
     let of = |i: &Instance| &meshes[i.mesh as usize];
-    let triangles: u64 = instances.iter().map(|i| of(i).triangles.len() as u64).sum();
-    let positions: u64 = instances.iter().map(|i| of(i).positions.len() as u64).sum();
-    for (what, needed, limit) in [
-        ("one tree over all instances (triangles)", triangles, MAX_REFS),
-        ("one mesh of all instances (positions)", positions, u64::from(u32::MAX)),
-    ] {
-        if needed > limit {
-            return Err(BuildError::TooLarge { what, needed, limit, remedy: Remedy::TwoLevels });
-        }
-    }
-
+    let [triangles, positions] = counts(meshes, instances)?;
     let mut out = Mesh {
         name: instances.first().map_or_else(String::new, |i| of(i).name.clone()),
         positions: Vec::with_capacity(positions as usize),

@@ -3,16 +3,18 @@
 mod bake;
 mod place;
 mod plan;
+mod told_apart;
 mod tree;
 
+pub(crate) use self::tree::decide_sound;
 pub use self::tree::{build_tree, decide_tree};
 
-use self::bake::{Baked, bake, drop_collapsed};
+use self::bake::{Baked, bake, counts, drop_collapsed};
 use self::plan::{Plan, loss_about, shift_meshes, visible};
 use crate::build::{self, BuildError, BuildOptions, Progress, Remedy, tlas};
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
-use crate::scene::{Instance, Loss, Mesh, Part, Scene, renumber, retain_numbered};
+use crate::scene::{Instance, Loss, Mesh, Part, Scene, renumber, retain_numbered, validate_placed};
 use crate::search;
 use crate::tree::{Accel, Tree};
 
@@ -68,10 +70,13 @@ pub fn compile(
     progress: &dyn Progress,
 ) -> Result<Accel, BuildError> {
     options.validate()?;
-    compile_laid_out(lay_out(scene, options, exec)?, options, exec, progress)
+    compile_sound(lay_out(scene, options, exec)?, options, exec, progress)
 }
 
 /// The rest of [`compile`] after [`lay_out`].
+///
+/// # Errors
+/// Where what [`lay_out`] gave was changed into what breaks [`Mesh::validate`] or [`Scene::validate`]; else as [`compile`].
 pub fn compile_laid_out(
     laid: LaidOut,
     options: &BuildOptions,
@@ -79,6 +84,16 @@ pub fn compile_laid_out(
     progress: &dyn Progress,
 ) -> Result<Accel, BuildError> {
     options.validate()?;
+    laid.validate(exec)?;
+    compile_sound(laid, options, exec, progress)
+}
+
+fn compile_sound(
+    laid: LaidOut,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<Accel, BuildError> {
     let LaidOut { meshes, instances, placing } = laid;
     let mut accel = match instances {
         None => one_level(meshes, options, exec, progress)?,
@@ -100,6 +115,22 @@ pub struct LaidOut {
     pub placing: Placing,
 }
 
+impl LaidOut {
+    /// Its fields can be changed after [`lay_out`], so they are asked again what they rely on.
+    fn validate(&self, exec: &Executor) -> Result<(), BuildError> {
+        match &self.instances {
+            None if self.meshes.len() > 1 => {
+                let count = self.meshes.len();
+                Err(BuildError::Layout(format!(
+                    "one level is the tree of one mesh, and {count} are given without instances"
+                )))
+            }
+            None => self.meshes.iter().try_for_each(|mesh| Ok(mesh.validate(0, exec)?)),
+            Some(instances) => Ok(validate_placed(&self.meshes, instances, exec)?),
+        }
+    }
+}
+
 /// What putting the meshes where their instances stand cost.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 #[non_exhaustive]
@@ -116,7 +147,7 @@ pub struct Placing {
 pub fn lay_out(mut scene: Scene, options: &BuildOptions, exec: &Executor) -> Result<LaidOut, BuildError> {
     scene.validate(exec)?;
     scene.meshes.iter_mut().filter(|mesh| !mesh.triangles.is_empty()).for_each(cover_with_parts);
-    number_parts(&mut scene.meshes);
+    told_apart::number(&mut scene);
     let numbered = |mesh: &Mesh| !mesh.vertices.is_empty();
     let mut with_triangles = scene.meshes.iter().filter(|mesh| !mesh.triangles.is_empty());
     if scene.meshes.iter().any(numbered) && !with_triangles.all(numbered) {
@@ -130,6 +161,8 @@ pub fn lay_out(mut scene: Scene, options: &BuildOptions, exec: &Executor) -> Res
     }
     let mut placing = Placing { notes: plan.notes(), ..Placing::default() };
     let mut merge = |some: &[&Instance], origin: [f64; 3], told: bool, meshes: &mut [Mesh]| {
+        // Asked before anything looks at every instance.
+        counts(meshes, some)?;
         placing.note(worst_about(some, meshes, origin));
         match exec.run(|| bake(meshes, some, origin, told, exec))? {
             // It has lost nothing.
@@ -245,36 +278,13 @@ fn cover_with_parts(mesh: &mut Mesh) {
     }
 }
 
-/// Meshes made by hand may all have the source number 0, and their parts too. Where two triangles would so have one number, parts are named by
-/// where they stand in the scene. No model that is read is such a scene.
-fn number_parts(meshes: &mut [Mesh]) {
-    let parts = meshes.iter().filter(|mesh| !mesh.triangles.is_empty()).flat_map(|mesh| &mesh.parts);
-    let mut said: Vec<_> = parts
-        .map(|p| (p.source_mesh, p.source_part, u64::from(p.first_prim), u64::from(p.prim_count), p.name.as_str()))
-        .collect();
-    said.sort_unstable();
-    said.dedup();
-    let is_clear = said.windows(2).all(|pair| {
-        let (a, b) = (&pair[0], &pair[1]);
-        a.0 != b.0 || a.1 != b.1 && a.2 + a.3 <= b.2
-    });
-    if is_clear {
-        return;
-    }
-    for (number, mesh) in meshes.iter_mut().enumerate() {
-        for (part, p) in mesh.parts.iter_mut().enumerate() {
-            (p.source_mesh, p.source_part) = (number as u32, part as u32);
-        }
-    }
-}
-
 fn one_level(
     meshes: Vec<Mesh>,
     options: &BuildOptions,
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Accel, BuildError> {
-    let built = meshes.iter().map(|mesh| decide_tree(mesh, options, exec, progress)).collect::<Result<Vec<_>, _>>()?;
+    let built = meshes.iter().map(|mesh| decide_sound(mesh, options, exec, progress)).collect::<Result<Vec<_>, _>>()?;
     let (blases, choices): (_, Vec<_>) = built.into_iter().unzip();
     let notes = search::notes(&choices.into_iter().flatten().collect::<Vec<_>>());
     Ok(Accel { meshes, blases, tlas: None, instances: Vec::new(), notes })
@@ -304,7 +314,7 @@ fn two_levels(
         if progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
-        decide_tree(&meshes[i], options, exec, progress).map(|(tree, choice)| (i, tree, choice))
+        decide_sound(&meshes[i], options, exec, progress).map(|(tree, choice)| (i, tree, choice))
     });
     let mut blases = vec![Tree::default(); meshes.len()];
     let mut choices = vec![None; meshes.len()];

@@ -14,19 +14,26 @@ pub fn build_tree(
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Tree, BuildError> {
-    mesh.validate(0, exec)?;
     decide_tree(mesh, options, exec, progress).map(|(tree, _)| tree)
 }
 
 /// [`build_tree`], and how a search came to it.
 ///
 /// # Errors
-/// As [`build_tree`], but that the mesh is taken to be sound: [`compile`](super::compile()) has looked at each mesh once.
-///
-/// # Panics
-/// Where the mesh is not sound: see [`Mesh::validate`].
-#[inline(never)] // `benches/instructions.sh` counts what is below it by its name
+/// As [`build_tree`].
 pub fn decide_tree(
+    mesh: &Mesh,
+    options: &BuildOptions,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Result<(Tree, Option<Choice>), BuildError> {
+    mesh.validate(0, exec)?;
+    decide_sound(mesh, options, exec, progress)
+}
+
+/// [`decide_tree`] of a mesh that was looked at before.
+#[inline(never)] // `benches/instructions.sh` counts what is below it by its name
+pub(crate) fn decide_sound(
     mesh: &Mesh,
     options: &BuildOptions,
     exec: &Executor,

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 /// How [`EpoReport::of_view`] measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum EpoMode {
     /// Clip every triangle with every node's box that it reaches into: minutes for millions of triangles or for a bad tree.
     Exact,

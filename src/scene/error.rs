@@ -8,13 +8,12 @@ pub(super) use super::excerpt::clipped;
 
 /// Why a model was not read: data, which a program puts into its own words.
 ///
-/// The text of each is the failed action with the file's name, and then facts with their values, one a line. It names no flag of the
-/// command line, and not its [source](std::error::Error::source).
-#[derive(Debug, thiserror::Error)]
+/// It is an [action](SceneError::action) that failed and the [facts](SceneError::facts) that stopped it; its text is both in one line. None of them names
+/// a flag of the command line, nor the error's [source](std::error::Error::source).
+#[derive(Debug)]
 #[non_exhaustive]
 pub enum SceneError {
     /// The model cannot be opened or read.
-    #[error("cannot read {}", path.display())]
     Unreadable {
         /// The model.
         path: PathBuf,
@@ -22,10 +21,6 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// A file that the model names cannot be opened.
-    #[error(
-        "cannot read {}\n  buffer {buffer} names {}, which cannot be opened",
-        model.display(), clipped(&path.to_string_lossy())
-    )]
     MissingBuffer {
         /// The model.
         model: PathBuf,
@@ -37,10 +32,6 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// The model names a file outside of its folder: see [`ReadOptions::allow_outside`](super::ReadOptions::allow_outside).
-    #[error(
-        "cannot read {}\n  buffer {buffer} names '{uri}', {why}\n  a model may only name files in its own folder",
-        model.display()
-    )]
     OutsideFolder {
         /// The model.
         model: PathBuf,
@@ -52,7 +43,6 @@ pub enum SceneError {
         why: &'static str,
     },
     /// The model breaks its format.
-    #[error("cannot read {}\n  {reason}", At(path, *line))]
     Malformed {
         /// The model.
         path: PathBuf,
@@ -62,7 +52,6 @@ pub enum SceneError {
         reason: String,
     },
     /// A text without any statement of an OBJ model.
-    #[error("cannot read {}\n  it has no statement of an OBJ model, such as v or f; it begins with {found}", path.display())]
     NotObj {
         /// The file.
         path: PathBuf,
@@ -72,7 +61,6 @@ pub enum SceneError {
         resembles: Resemblance,
     },
     /// What stands in the place of a glTF model or of one of its buffers.
-    #[error("cannot read {}\n  {what} is {resembles} in the place of the data", path.display())]
     InPlaceOfData {
         /// The model.
         path: PathBuf,
@@ -82,11 +70,6 @@ pub enum SceneError {
         resembles: Resemblance,
     },
     /// [`Degenerate::Error`](super::Degenerate::Error) and triangles that it refuses.
-    #[error(
-        "cannot read {}\n  it has {degenerate} triangles without area, {non_finite} with NaN or infinite positions and {out_of_range} with \
-         positions beyond the range of f32; the first is triangle {first} of {mesh}",
-        path.display()
-    )]
     Degenerate {
         /// The model.
         path: PathBuf,
@@ -102,13 +85,11 @@ pub enum SceneError {
         mesh: String,
     },
     /// Neither the file's name nor its content is that of a model.
-    #[error("cannot read {}\n  neither its name nor its content is that of an OBJ, glTF or GLB file", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
     /// The model needs a glTF extension that is not read: see [`ReadOptions::ignore_extensions`](super::ReadOptions::ignore_extensions).
-    #[error("cannot read {}\n  it needs the glTF extension {extension}, which bvhc does not read: {why}", path.display())]
     UnsupportedExtension {
         /// The model.
         path: PathBuf,
@@ -120,7 +101,6 @@ pub enum SceneError {
         ignorable: bool,
     },
     /// The model is of another version of glTF.
-    #[error("cannot read {}\n  it needs a reader of glTF {version}; this one reads glTF 2.0", path.display())]
     UnsupportedVersion {
         /// The model.
         path: PathBuf,
@@ -128,7 +108,6 @@ pub enum SceneError {
         version: String,
     },
     /// There is no animation such as [`ReadOptions::moment`](super::ReadOptions::moment) asks for, or more than one.
-    #[error("cannot read {}\n  {}", path.display(), AnimationsToChoose { asked, found: *found, count: *count, animations })]
     NoSuchAnimation {
         /// The model.
         path: PathBuf,
@@ -142,7 +121,6 @@ pub enum SceneError {
         animations: Vec<Animation>,
     },
     /// [`ReadOptions::max_memory`](super::ReadOptions::max_memory) is too small.
-    #[error("cannot read {}\n  {what} needs {} in all; the limit is {}", path.display(), beyond(*need, *limit)[0], beyond(*need, *limit)[1])]
     Memory {
         /// The model.
         path: PathBuf,
@@ -154,7 +132,6 @@ pub enum SceneError {
         limit: u64,
     },
     /// More than 32-bit numbers count, or than can be cut.
-    #[error("cannot read {}\n  {what}; the limit is {limit}", At(path, *line))]
     TooMany {
         /// The model.
         path: PathBuf,
@@ -199,6 +176,75 @@ impl SceneError {
         }
     }
 
+    /// The model, and the line where the format has lines and one is to blame.
+    pub fn place(&self) -> (&Path, Option<u64>) {
+        match self {
+            SceneError::MissingBuffer { model: path, .. } | SceneError::OutsideFolder { model: path, .. } => {
+                (path, None)
+            }
+            SceneError::Malformed { path, line, .. } | SceneError::TooMany { path, line, .. } => (path, *line),
+            SceneError::Unreadable { path, .. }
+            | SceneError::NotObj { path, .. }
+            | SceneError::InPlaceOfData { path, .. }
+            | SceneError::Degenerate { path, .. }
+            | SceneError::UnknownFormat { path }
+            | SceneError::UnsupportedExtension { path, .. }
+            | SceneError::UnsupportedVersion { path, .. }
+            | SceneError::NoSuchAnimation { path, .. }
+            | SceneError::Memory { path, .. } => (path, None),
+        }
+    }
+
+    /// What could not be done, beginning with "cannot".
+    pub fn action(&self) -> String {
+        let (path, line) = self.place();
+        let line = line.map_or_else(String::new, |line| format!(" line {line}"));
+        format!("cannot read {}{line}", path.display())
+    }
+
+    /// What stopped it, with the values that decide; without a full stop, each one line. None where the [source](std::error::Error::source) says it all.
+    pub fn facts(&self) -> Vec<String> {
+        let fact = match self {
+            SceneError::Unreadable { .. } => return Vec::new(),
+            SceneError::MissingBuffer { buffer, path, .. } => {
+                format!("buffer {buffer} names {}, which cannot be opened", clipped(&path.to_string_lossy()))
+            }
+            SceneError::OutsideFolder { buffer, uri, why, .. } => {
+                let names = format!("buffer {buffer} names '{uri}', {why}");
+                return vec![names, "a model may only name files in its own folder".to_owned()];
+            }
+            SceneError::Malformed { reason, .. } => reason.clone(),
+            SceneError::NotObj { found, .. } => {
+                format!("it has no statement of an OBJ model, such as v or f; it begins with {found}")
+            }
+            SceneError::InPlaceOfData { what, resembles, .. } => {
+                format!("{what} is {resembles} in the place of the data")
+            }
+            SceneError::Degenerate { degenerate, non_finite, out_of_range, first, mesh, .. } => format!(
+                "it has {degenerate} triangles without area, {non_finite} with NaN or infinite positions and {out_of_range} with \
+                 positions beyond the range of f32; the first is triangle {first} of {mesh}"
+            ),
+            SceneError::UnknownFormat { .. } => {
+                "neither its name nor its content is that of an OBJ, glTF or GLB file".to_owned()
+            }
+            SceneError::UnsupportedExtension { extension, why, .. } => {
+                format!("it needs the glTF extension {extension}, which bvhc does not read: {why}")
+            }
+            SceneError::UnsupportedVersion { version, .. } => {
+                format!("it needs a reader of glTF {version}; this one reads glTF 2.0")
+            }
+            SceneError::NoSuchAnimation { asked, found, count, animations, .. } => {
+                return animations_to_choose(asked, *found, *count, animations);
+            }
+            SceneError::Memory { what, need, limit, .. } => {
+                let [need, limit] = beyond(*need, *limit);
+                format!("{what} needs {need} in all; the limit is {limit}")
+            }
+            SceneError::TooMany { what, limit, .. } => format!("{what}; the limit is {limit}"),
+        };
+        vec![fact]
+    }
+
     pub(super) fn malformed(path: &Path, reason: impl Into<String>) -> SceneError {
         SceneError::Malformed { path: path.to_owned(), line: None, reason: reason.into() }
     }
@@ -208,47 +254,41 @@ impl SceneError {
     }
 }
 
-/// `path`, or `path line 12`.
-struct At<'a>(&'a Path, Option<u64>);
-
-impl fmt::Display for At<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}", self.0.display())?;
-        self.1.map_or(Ok(()), |line| write!(f, " line {line}"))
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let facts = self.facts();
+        let colon = if facts.is_empty() { "" } else { ": " };
+        write!(f, "{}{colon}{}", self.action(), facts.join("; "))
     }
 }
 
-/// Why an animation was not found, and which animations there are, one a line.
-struct AnimationsToChoose<'a> {
-    asked: &'a AnimationChoice,
-    found: u64,
-    count: u64,
-    animations: &'a [Animation],
-}
-
-impl fmt::Display for AnimationsToChoose<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let AnimationsToChoose { asked, found, count, animations } = *self;
-        match asked {
-            _ if count == 0 => write!(f, "it has no animations"),
-            AnimationChoice::Only => write!(f, "it has {count} animations, and which is meant is not said"),
-            AnimationChoice::Number(number) => {
-                write!(f, "it has no animation {number}; the last is animation {}", count - 1)
-            }
-            AnimationChoice::Name(name) if found == 0 => write!(f, "it has no animation named '{}'", clipped(name)),
-            AnimationChoice::Name(name) => {
-                write!(f, "it has {found} animations named '{}'; their numbers tell them apart", clipped(name))
-            }
-        }?;
-        for animation in animations {
-            match animation.keys {
-                Some(keys) => write!(f, "\n  {animation}: {keys}"),
-                None => write!(f, "\n  {animation}: nothing of the scene moves"),
-            }?;
-        }
-        match count.saturating_sub(animations.len() as u64) {
-            0 => Ok(()),
-            more => write!(f, "\n  and {more} more"),
+impl std::error::Error for SceneError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            SceneError::Unreadable { source, .. } | SceneError::MissingBuffer { source, .. } => Some(source),
+            _ => None,
         }
     }
+}
+
+/// Why an animation was not found, and which animations there are, one a fact.
+fn animations_to_choose(asked: &AnimationChoice, found: u64, count: u64, animations: &[Animation]) -> Vec<String> {
+    let why = match asked {
+        _ if count == 0 => "it has no animations".to_owned(),
+        AnimationChoice::Only => format!("it has {count} animations, and which is meant is not said"),
+        AnimationChoice::Number(number) => {
+            format!("it has no animation {number}; the last is animation {}", count - 1)
+        }
+        AnimationChoice::Name(name) if found == 0 => format!("it has no animation named '{}'", clipped(name)),
+        AnimationChoice::Name(name) => {
+            format!("it has {found} animations named '{}'; their numbers tell them apart", clipped(name))
+        }
+    };
+    let told = |animation: &Animation| match &animation.keys {
+        Some(keys) => format!("{animation}: {keys}"),
+        None => format!("{animation}: nothing of the scene moves"),
+    };
+    let more = count.saturating_sub(animations.len() as u64);
+    let rest = (more > 0).then(|| format!("and {more} more"));
+    std::iter::once(why).chain(animations.iter().map(told)).chain(rest).collect()
 }

@@ -44,7 +44,7 @@ pub use resemblance::Resemblance;
 pub(crate) use sanitize::drop_triangles;
 pub use source::Progress;
 pub use validate::GeometryError;
-pub(crate) use validate::has_inverse;
+pub(crate) use validate::{has_inverse, validate_placed};
 
 use crate::geom::{Aabb, Affine, Point};
 

@@ -81,6 +81,17 @@ pub enum GeometryError {
         /// The number that it has.
         number: u32,
     },
+    /// Two parts of one mesh of the source have numbers of triangles in common, and no node tells them apart.
+    PartNumbers {
+        /// The mesh.
+        mesh: usize,
+        /// The part.
+        part: usize,
+        /// The part that has the same numbers.
+        other: usize,
+        /// The first number that both have.
+        number: u32,
+    },
     /// A mesh has more triangles or positions than 32-bit numbers count.
     TooMany {
         /// The mesh.
@@ -138,6 +149,10 @@ impl fmt::Display for GeometryError {
             GeometryError::SourceNumber { mesh, triangle, number } => write!(
                 f,
                 "triangle {triangle} of mesh {mesh} has source number {number}, which is outside of its part or not behind the one before"
+            ),
+            GeometryError::PartNumbers { mesh, part, other, number } => write!(
+                f,
+                "parts {part} and {other} of mesh {mesh} both have triangle {number} of the source; parts of one source mesh have no number in common"
             ),
             GeometryError::TooMany { mesh, count } => {
                 write!(f, "mesh {mesh} has {count} triangles or positions, and 32-bit numbers count {}", u32::MAX)
@@ -251,6 +266,30 @@ impl Mesh {
                 before = Some(number);
             }
         }
+        self.validate_numbers(mesh)
+    }
+
+    /// No two triangles of the source have one number. Copies of a part, each for another node, are told apart by that.
+    fn validate_numbers(&self, mesh: usize) -> Result<(), GeometryError> {
+        let start = |part: usize| (self.parts[part].source_mesh, self.parts[part].first_prim);
+        let end = |part: usize| {
+            (
+                self.parts[part].source_mesh,
+                u64::from(self.parts[part].first_prim) + u64::from(self.parts[part].prim_count),
+            )
+        };
+        let named = |part: &usize| self.parts[*part].baked_node.is_none() && self.parts[*part].prim_count > 0;
+        let mut order: Vec<usize> = (0..self.parts.len()).filter(named).collect();
+        if !order.is_sorted_by_key(|part| start(*part)) {
+            order.sort_by_key(|part| start(*part));
+        }
+        for pair in order.windows(2) {
+            let [other, part] = [pair[0], pair[1]];
+            let (source, number) = start(part);
+            if (source, u64::from(number)) < end(other) {
+                return Err(GeometryError::PartNumbers { mesh, part, other, number });
+            }
+        }
         Ok(())
     }
 }
@@ -278,17 +317,22 @@ impl Scene {
     /// # Errors
     /// The first thing that is wrong: meshes before instances, each in their order.
     pub fn validate(&self, exec: &Executor) -> Result<(), GeometryError> {
-        self.meshes.iter().enumerate().try_for_each(|(i, mesh)| mesh.validate(i, exec))?;
-        for (instance, i) in self.instances.iter().enumerate() {
-            if i.mesh as usize >= self.meshes.len() {
-                return Err(GeometryError::MeshOutOfRange { instance, mesh: i.mesh, meshes: self.meshes.len() });
-            }
-            if !has_inverse(&i.transform) {
-                return Err(GeometryError::Transform { instance });
-            }
-        }
-        Ok(())
+        validate_placed(&self.meshes, &self.instances, exec)
     }
+}
+
+/// [`Scene::validate`] of its parts.
+pub(crate) fn validate_placed(meshes: &[Mesh], instances: &[Instance], exec: &Executor) -> Result<(), GeometryError> {
+    meshes.iter().enumerate().try_for_each(|(i, mesh)| mesh.validate(i, exec))?;
+    for (instance, i) in instances.iter().enumerate() {
+        if i.mesh as usize >= meshes.len() {
+            return Err(GeometryError::MeshOutOfRange { instance, mesh: i.mesh, meshes: meshes.len() });
+        }
+        if !has_inverse(&i.transform) {
+            return Err(GeometryError::Transform { instance });
+        }
+    }
+    Ok(())
 }
 
 /// Whether a ray can be taken into the mesh that this transform places: it has an inverse, and as a file stores it one that `f64` can tell. What does

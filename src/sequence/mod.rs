@@ -278,7 +278,7 @@ impl<'a> SequenceBuilder<'a> {
         let fitted = match shape.refit(mesh, self.exec) {
             Some(fitted) => Ok(fitted),
             None => {
-                let (tree, _) = compile::decide_tree(mesh, &self.options, self.exec, self.progress)?;
+                let (tree, _) = compile::decide_sound(mesh, &self.options, self.exec, self.progress)?;
                 shape.judge(mesh, tree, self.exec)
             }
         };

@@ -8,6 +8,7 @@ use crate::geom::Ray;
 
 /// How one ray's hit stands to the [`Answer`] of brute force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Verdict {
     /// The nearest hit, the first of several at one distance; or nothing where there is nothing.
     Agree,

@@ -2,6 +2,7 @@ use super::record::HitRecord;
 use crate::geom::Ray;
 use crate::size::beyond;
 use crate::trace::Malformed;
+use std::fmt;
 
 /// What is asked about each ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,12 +43,11 @@ pub trait Device {
 
 /// Why a device gave no answer.
 ///
-/// The text of each is the failed action and facts, one a line.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+/// It is an [action](DeviceError::action) that failed and the [facts](DeviceError::facts) that stopped it; its text is both in one line.
+#[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DeviceError {
     /// The tree cannot be walked to its end.
-    #[error("Cannot trace on {device}.\n{malformed}")]
     Malformed {
         /// The device's name.
         device: String,
@@ -55,27 +55,16 @@ pub enum DeviceError {
         malformed: Malformed,
     },
     /// No OpenCL library could be loaded.
-    #[error(
-        "Cannot use OpenCL: no OpenCL library could be loaded.\n{library} is looked for, and what the variable OPENCL_DYLIB_PATH names."
-    )]
     NoLibrary {
         /// The name that is looked for on this system.
         library: &'static str,
     },
     /// There is an OpenCL library, but no device.
-    #[error(
-        "Cannot use OpenCL: there is no device.\nThe OpenCL library was loaded; {platforms} drivers are registered with it, and none of them has a device."
-    )]
     NoDevice {
         /// Drivers that are registered with the library.
         platforms: usize,
     },
     /// The number is beyond those of the devices.
-    #[error(
-        "Cannot use OpenCL device {index}: there are {count}, numbered from 0.\n{list}",
-        count = devices.len(),
-        list = numbered(devices)
-    )]
     NoSuchDevice {
         /// The number that was asked for.
         index: usize,
@@ -83,7 +72,6 @@ pub enum DeviceError {
         devices: Vec<String>,
     },
     /// The device is there and cannot trace.
-    #[error("Cannot use {device}.\n{reason}")]
     Unusable {
         /// The device's name.
         device: String,
@@ -91,10 +79,6 @@ pub enum DeviceError {
         reason: String,
     },
     /// What tracing needs does not fit into the device.
-    #[error(
-        "Cannot use {device}: its memory is too small for {what}.\nNeeded are {}, available {}.",
-        beyond(*needed, *available)[0], beyond(*needed, *available)[1]
-    )]
     OutOfMemory {
         /// The device's name.
         device: String,
@@ -106,7 +90,6 @@ pub enum DeviceError {
         available: u64,
     },
     /// There are more records than the kernels have numbers for.
-    #[error("Cannot use {device}: its kernels number {most} {what} records at most.\nThe file has {count}.")]
     TooMany {
         /// The device's name.
         device: String,
@@ -118,7 +101,6 @@ pub enum DeviceError {
         most: u64,
     },
     /// The driver refuses the kernels.
-    #[error("Cannot compile the kernels for {device}: {status}.\n{log}")]
     Build {
         /// The device's name.
         device: String,
@@ -128,7 +110,6 @@ pub enum DeviceError {
         log: String,
     },
     /// A call to the driver failed.
-    #[error("Cannot trace on {device}: {call} failed with {status}.")]
     Runtime {
         /// The device's name.
         device: String,
@@ -139,6 +120,65 @@ pub enum DeviceError {
     },
 }
 
-fn numbered(devices: &[String]) -> String {
-    devices.iter().enumerate().map(|(i, name)| format!("opencl:{i}: {name}")).collect::<Vec<_>>().join("\n")
+impl DeviceError {
+    /// What could not be done, beginning with "cannot".
+    pub fn action(&self) -> String {
+        match self {
+            DeviceError::Malformed { device, .. } | DeviceError::Runtime { device, .. } => {
+                format!("cannot trace on {device}")
+            }
+            DeviceError::NoLibrary { .. } | DeviceError::NoDevice { .. } => "cannot use OpenCL".to_owned(),
+            DeviceError::NoSuchDevice { index, .. } => format!("cannot use OpenCL device {index}"),
+            DeviceError::Unusable { device, .. }
+            | DeviceError::OutOfMemory { device, .. }
+            | DeviceError::TooMany { device, .. } => format!("cannot use {device}"),
+            DeviceError::Build { device, .. } => format!("cannot compile the kernels for {device}"),
+        }
+    }
+
+    /// What stopped it, with the values that decide, each one line.
+    pub fn facts(&self) -> Vec<String> {
+        match self {
+            DeviceError::Malformed { malformed, .. } => vec![malformed.to_string()],
+            DeviceError::NoLibrary { library } => vec![
+                "no OpenCL library could be loaded".to_owned(),
+                format!("{library} is looked for, and what the variable OPENCL_DYLIB_PATH names"),
+            ],
+            DeviceError::NoDevice { platforms } => vec![
+                "there is no device".to_owned(),
+                format!(
+                    "the OpenCL library was loaded; {platforms} drivers are registered with it, and none of them has a device"
+                ),
+            ],
+            DeviceError::NoSuchDevice { devices, .. } => {
+                let count = format!("there are {}, numbered from 0", devices.len());
+                let numbered = devices.iter().enumerate().map(|(i, name)| format!("opencl:{i}: {name}"));
+                std::iter::once(count).chain(numbered).collect()
+            }
+            DeviceError::Unusable { reason, .. } => vec![reason.clone()],
+            DeviceError::OutOfMemory { what, needed, available, .. } => {
+                let [needed, available] = beyond(*needed, *available);
+                vec![
+                    format!("its memory is too small for {what}"),
+                    format!("needed are {needed}, available {available}"),
+                ]
+            }
+            DeviceError::TooMany { what, count, most, .. } => {
+                vec![format!("its kernels number {most} {what} records at most"), format!("the file has {count}")]
+            }
+            DeviceError::Build { status, log, .. } => {
+                let lines = log.lines().map(str::trim).filter(|line| !line.is_empty());
+                std::iter::once(status.as_str()).chain(lines).map(str::to_owned).collect()
+            }
+            DeviceError::Runtime { call, status, .. } => vec![format!("{call} failed with {status}")],
+        }
+    }
 }
+
+impl fmt::Display for DeviceError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.action(), self.facts().join("; "))
+    }
+}
+
+impl std::error::Error for DeviceError {}

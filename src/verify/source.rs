@@ -9,19 +9,19 @@ use std::fmt;
 #[non_exhaustive]
 pub enum OtherModel {
     #[error(
-        "Cannot judge the file by this model: the model has {model} meshes with triangles, and the file has {file} trees, so it was built from something else."
+        "cannot judge the file by this model: the model has {model} meshes with triangles, and the file has {file} trees, so it was built from something else"
     )]
     Trees { model: usize, file: usize },
     #[error(
-        "Cannot judge the file by this model: the model has {model} instances, and the file has {file}, so it was built from something else."
+        "cannot judge the file by this model: the model has {model} instances, and the file has {file}, so it was built from something else"
     )]
     Instances { model: usize, file: usize },
     #[error(
-        "Cannot judge the file by this model: the model gives tree {tree} {model} parts, and the file has {file}, so it was built from something else."
+        "cannot judge the file by this model: the model gives tree {tree} {model} parts, and the file has {file}, so it was built from something else"
     )]
     Parts { tree: usize, model: usize, file: usize },
     #[error(
-        "Cannot judge the file by this model: part {part} of tree {tree} has {model} in the model, and {file} in the file, so it was built from something else."
+        "cannot judge the file by this model: part {part} of tree {tree} has {model} in the model, and {file} in the file, so it was built from something else"
     )]
     Part { tree: usize, part: usize, model: PartCounts, file: PartCounts },
 }
@@ -118,7 +118,7 @@ mod tests {
                 assert_eq!(is_of_model(&image.view(), &scene), Ok(()), "seed {seed}");
                 let other = GridScene::new(seed + 4, 0).scene;
                 let error = is_of_model(&image.view(), &other).expect_err("another scene");
-                assert!(error.to_string().starts_with("Cannot judge the file by this model: "), "{error}");
+                assert!(error.to_string().starts_with("cannot judge the file by this model: "), "{error}");
             }
         }
     }

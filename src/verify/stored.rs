@@ -9,14 +9,14 @@ use crate::scene::{Instance, Mesh, Part, Scene};
 #[non_exhaustive]
 pub enum NotAScene {
     /// A row of `BLAS` names records beyond those of the file.
-    #[error("Cannot take the scene from the file: the ranges of tree {tree} lie outside the file's sections.")]
+    #[error("cannot take the scene from the file: the ranges of tree {tree} lie outside the file's sections")]
     TreeOutOfRange {
         /// The row.
         tree: usize,
     },
     /// A triangle names a part that is none of its tree.
     #[error(
-        "Cannot take the scene from the file: a triangle of tree {tree} names row {geom} of GEOM, which is not a row of that tree."
+        "cannot take the scene from the file: a triangle of tree {tree} names row {geom} of GEOM, which is not a row of that tree"
     )]
     GeomOutOfRange {
         /// Row of `BLAS`.
@@ -25,7 +25,7 @@ pub enum NotAScene {
         geom: u32,
     },
     /// No scene has such a triangle.
-    #[error("Cannot take the scene from the file: triangle {prim} of tree {tree} has a corner that is not finite.")]
+    #[error("cannot take the scene from the file: triangle {prim} of tree {tree} has a corner that is not finite")]
     NotFinite {
         /// Row of `BLAS`.
         tree: usize,
@@ -34,7 +34,7 @@ pub enum NotAScene {
     },
     /// An instance names a tree that is not there, or has a number that is too large or another's.
     #[error(
-        "Cannot take the scene from the file: instance record {record} places tree {blas} as number {id}, but there are {trees} trees and {instances} instances, each numbered once."
+        "cannot take the scene from the file: instance record {record} places tree {blas} as number {id}, but there are {trees} trees and {instances} instances, each numbered once"
     )]
     Instance {
         /// Record of `INST`.
@@ -50,7 +50,7 @@ pub enum NotAScene {
     },
     /// An instance flattens its mesh.
     #[error(
-        "Cannot take the scene from the file: the matrix of instance record {record} has no inverse that f64 can tell."
+        "cannot take the scene from the file: the matrix of instance record {record} has no inverse that f64 can tell"
     )]
     Singular {
         /// Record of `INST`.
@@ -211,7 +211,7 @@ mod tests {
             let mut image = good.clone();
             spoil(&mut image);
             let error = stored(&image).expect_err("spoilt");
-            assert!(error.to_string().starts_with("Cannot take the scene from the file: "), "{error}");
+            assert!(error.to_string().starts_with("cannot take the scene from the file: "), "{error}");
             error
         };
         let rows = good.geoms.len() as u32;

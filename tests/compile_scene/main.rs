@@ -3,7 +3,7 @@
 mod far;
 
 use bvhc::build::{BuildError, BuildOptions, Executor, Levels, Method, NoProgress, Preset, Progress};
-use bvhc::compile::{bytes_to_reserve, compile, lay_out, primitives_to_build};
+use bvhc::compile::{LaidOut, bytes_to_reserve, compile, compile_laid_out, decide_tree, lay_out, primitives_to_build};
 use bvhc::geom::{Aabb, Affine};
 use bvhc::scene::{Degenerate, GeometryError, Instance, Loss, Mesh, Part, Scene};
 use bvhc::tree::Accel;
@@ -151,6 +151,83 @@ fn parts_that_were_numbered_alike_are_told_apart() {
         let accel = run(scene(meshes(), vec![place(0, 1, shift(1.0)), place(0, 2, shift(50.0))]), levels).unwrap();
         assert!(parts(&accel).iter().all(|part| *part == (0, 0)));
     }
+}
+
+/// What is built of meshes made by hand can be written, whatever they say of themselves.
+#[test]
+fn equal_parts_and_places_without_a_node_are_told_apart() {
+    let none = Instance::NO_NODE;
+    // Two parts of one name whose numbers descend, and one of another mesh of the source.
+    let mut parts = strip("parts", 12);
+    let claim = |first_triangle, source_mesh, first_prim| Part {
+        first_triangle,
+        triangle_count: 4,
+        source_mesh,
+        first_prim,
+        prim_count: 4,
+        ..Part::default()
+    };
+    parts.parts = vec![claim(0, 0, 4), claim(4, 0, 0), claim(8, 5, 2)];
+    parts.source_prims = vec![4, 5, 6, 7, 0, 1, 2, 3, 2, 3, 4, 5];
+    let alike = || vec![strip("same", 5), strip("same", 5), strip("same", 5)];
+    let at = |mesh, node, x| place(mesh, node, shift(x));
+    for (name, scene) in [
+        ("parts in another order", scene(vec![parts], vec![at(0, none, 0.0)])),
+        ("equal meshes without nodes", scene(alike(), vec![at(0, none, 0.0), at(1, 7, 20.0), at(2, none, 40.0)])),
+        ("one mesh twice", scene(vec![strip("a", 5)], vec![at(0, none, 0.0), at(0, none, 20.0)])),
+    ] {
+        for levels in [Levels::One, Levels::Two] {
+            let exec = Executor::sequential();
+            let accel = run(scene.clone(), levels).unwrap();
+            let image = bvhc::cache::Image::new(&accel, &exec).unwrap();
+            let report = bvhc::cache::check::check_image(&image, &Default::default(), &exec);
+            assert!(report.is_clean(), "{name}, {levels:?}: {:?}", report.findings);
+        }
+    }
+}
+
+/// No numbering of parts would make these triangles lead back to one triangle each.
+#[test]
+fn parts_that_claim_the_same_triangles_are_refused() {
+    let mut twice = strip("twice", 8);
+    let claim = |first_triangle| Part { first_triangle, triangle_count: 4, prim_count: 4, ..Part::default() };
+    (twice.parts, twice.source_prims) = (vec![claim(0), claim(4)], vec![0, 1, 2, 3, 0, 1, 2, 3]);
+    let refused = GeometryError::PartNumbers { mesh: 0, part: 1, other: 0, number: 0 };
+    assert_eq!(twice.validate(0, &Executor::sequential()), Err(refused.clone()));
+    let error = run(scene(vec![twice.clone()], vec![place(0, 1, shift(0.0))]), Levels::Auto).unwrap_err();
+    assert_eq!(error, BuildError::Geometry(refused));
+
+    // Copies that a node tells from each other are sound.
+    twice.parts.iter_mut().zip([3, 4]).for_each(|(part, node)| part.baked_node = Some(node));
+    assert_eq!(twice.validate(0, &Executor::sequential()), Ok(()));
+}
+
+#[test]
+fn what_was_laid_out_and_changed_is_looked_at_again() {
+    let lay = |levels| {
+        let two = scene(vec![strip("a", 20), strip("b", 9)], vec![place(0, 0, shift(1.0)), place(1, 1, shift(50.0))]);
+        lay_out(two, &options(levels), &Executor::sequential()).unwrap()
+    };
+    let refused = |laid: LaidOut| {
+        compile_laid_out(laid, &options(Levels::Auto), &Executor::sequential(), &NoProgress).unwrap_err()
+    };
+    for levels in [Levels::One, Levels::Two] {
+        let mut laid = lay(levels);
+        laid.meshes[0].triangles[3][1] = 4_000_000;
+        let error = refused(laid);
+        assert!(matches!(error, BuildError::Geometry(GeometryError::IndexOutOfRange { triangle: 3, .. })), "{error:?}");
+    }
+    let mut laid = lay(Levels::Two);
+    laid.instances.as_mut().unwrap()[1].mesh = 2;
+    assert!(matches!(refused(laid), BuildError::Geometry(GeometryError::MeshOutOfRange { instance: 1, .. })));
+    let mut laid = lay(Levels::Two);
+    laid.instances = None;
+    assert!(matches!(refused(laid), BuildError::Layout(_)));
+
+    let mut unsound = strip("a", 3);
+    unsound.positions.truncate(2);
+    let decided = decide_tree(&unsound, &options(Levels::Auto), &Executor::sequential(), &NoProgress);
+    assert!(matches!(decided, Err(BuildError::Geometry(_))));
 }
 
 #[test]

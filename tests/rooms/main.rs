@@ -115,15 +115,23 @@ fn breaches_are_seen() {
         "use crate::Thing as Other;",
         "pub fn f() -> usize { size_of::<super::high::Thing>() }",
         "pub fn f() { println!(\"{}\", crate::high::NUMBER); }",
+        "#[derive(Serialize)] pub struct A { #[serde(with = \"crate::high::a\")] a: f32 }",
+        "#[derive(Error)] pub enum A { #[error(fmt = crate::high::told)] B }",
     ] {
         write("low.rs", &format!("pub struct Low; {text}"));
         assert_eq!(of(&["low", "high"]).iter().filter(|b| b.contains("low lies below high")).count(), 1, "{text}");
     }
 
     // Forms in which a path upward could not be seen.
-    for text in
-        ["use crate::*;", "use super::*;", "use crate as top;", "use crate::{self as top};", "use super as top;"]
-    {
+    for text in [
+        "use crate::*;",
+        "use super::*;",
+        "use self::super::*;",
+        "use crate as top;",
+        "use crate::{self as top};",
+        "use super as top;",
+        "extern crate self as top;",
+    ] {
         write("low.rs", &format!("pub struct Low; {text}"));
         let found = of(&["low", "high"]);
         assert_eq!(found.iter().filter(|b| b.starts_with("low takes")).count(), 1, "{text}: {found:?}");

@@ -75,7 +75,9 @@ struct Reader {
 
 /// Whether a path leads to the crate's root from a module so far below it.
 fn is_root(path: &[String], depth: usize) -> bool {
-    path == ["crate"] || depth > 0 && path.len() == depth && path.iter().all(|part| part == "super")
+    let here = path.iter().take_while(|part| *part == "self").count();
+    let up = &path[here..];
+    path == ["crate"] || (here > 0 || depth > 0) && up.len() == depth && up.iter().all(|part| part == "super")
 }
 
 impl Reader {
@@ -146,6 +148,26 @@ impl<'a> Visit<'a> for Reader {
             self.module.paths.push(path.segments.iter().map(|s| s.ident.to_string()).collect());
         }
         visit::visit_path(self, path);
+    }
+
+    fn visit_item_extern_crate(&mut self, item: &'a syn::ItemExternCrate) {
+        if item.ident == "self" {
+            self.module.hidden.push("the crate's root as a crate".into());
+        }
+    }
+
+    /// What a derive is told to call, as tokens or in a text; the links of documentation are left out.
+    fn visit_attribute(&mut self, attribute: &'a syn::Attribute) {
+        match &attribute.meta {
+            meta if meta.path().is_ident("doc") => {}
+            syn::Meta::List(list) => self.tokens(&list.tokens.to_string()),
+            syn::Meta::NameValue(syn::MetaNameValue { value: syn::Expr::Lit(text), .. }) => {
+                if let syn::Lit::Str(text) = &text.lit {
+                    self.tokens(&text.value());
+                }
+            }
+            _ => visit::visit_attribute(self, attribute),
+        }
     }
 
     fn visit_macro(&mut self, call: &'a syn::Macro) {

@@ -13,6 +13,7 @@ pub struct RefitPolicy {
 
 /// Whether trees are refitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Refit {
     /// As long as [`RefitPolicy::rebuild_ratio`] allows.
     #[default]

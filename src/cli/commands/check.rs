@@ -189,7 +189,7 @@ fn text(verdict: &Verdict, path: &Path, level: Level, context: &Context) -> Stri
         Level::Quick => "container only",
         Level::Hash => "container and hashes",
         Level::Tree => "container, hashes and every record",
-        Level::Source => "container, hashes, every record and the source",
+        _ => "container, hashes, every record and the source",
     };
     let counted = |n: u64, what: &str| format!("{} {what}{}", figures::count(n), if n == 1 { "" } else { "s" });
     let counts: Vec<String> = [(verdict.errors, "error"), (verdict.warnings, "warning")]

@@ -9,7 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// The pen refused; never seen, since it writes into memory.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("Cannot draw the chart: {0}.")]
+#[error("cannot draw the chart: {0}")]
 pub struct ChartError(String);
 
 type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;

@@ -48,6 +48,7 @@ pub struct PageCamera {
 /// How the scenes of a page belong together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Together {
     /// One scene alone, or frames that follow each other.
     Frames,

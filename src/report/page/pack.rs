@@ -13,6 +13,7 @@ use std::io::Write;
 
 /// Why a scene cannot stand in a page.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PackError {
     /// A record names another that is not there, or the nodes do not stand in the order that SPEC.md, section 5.1, asks for.
     #[error("The records of {0} are not those of a checked file.")]

@@ -7,6 +7,7 @@ use crate::tree::quality::{REPORT_INTERSECTION_COST, REPORT_TRAVERSAL_COST};
 
 /// What a picture shows of each pixel's ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Shade {
     /// The surface as a lamp above the eye lights it.
     Lit,

@@ -85,5 +85,5 @@ fn memory_and_size_limits_hold() {
     (0..20_000).for_each(|_| face += " 1");
     let failed = read_as(face, &ReadOptions::default()).unwrap_err();
     assert_eq!(failed.kind(), ErrorKind::Limit);
-    assert!(failed.to_string().contains("test.obj line 2\n  a face has 20000 corners; the limit is 16384"), "{failed}");
+    assert!(failed.to_string().contains("test.obj line 2: a face has 20000 corners; the limit is 16384"), "{failed}");
 }

@@ -244,6 +244,7 @@ impl CacheError {
 
 /// Why the bytes of a file are no use, before it is known which file they are of.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Fault {
     /// A rule is broken, or asks for another version or build of this library.
     Breach(Box<Finding>),

@@ -31,6 +31,7 @@ pub trait Observer {
 
 /// A mistake that traversal makes on purpose where `Observer::FAULT` names it, which only the feature `testing` has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Fault {
     /// Which plane of a slab is entered first is read off the sign bit, so that a direction of −0 enters by the wrong one.
     SignOfZero,

@@ -78,7 +78,7 @@ fn one(path: &Path, args: &VerifyArgs, how: &Measure, context: &Context) -> Resu
     let measured = measure(&subject.view, &subject.oracle, &subject.sampler, how, &context.exec, &bar);
     measured.map_err(|error| match error {
         AccuracyError::Malformed(malformed) => {
-            let failure = Failure::from_message(Exit::Negative, &malformed.to_string());
+            let failure = Failure::new(Exit::Negative, malformed.to_string());
             let failure = failure.fact(format!("the file is {}", names::path(path)));
             failure.help(format!("bvhc check {}", names::path(path)))
         }

@@ -48,7 +48,7 @@ pub fn failure(error: &DeviceError) -> Failure {
         DeviceError::Malformed { .. } => Exit::Negative,
         _ => Exit::Unsupported,
     };
-    let failure = Failure::from_message(exit, &error.to_string());
+    let failure = Failure::new(exit, error.action()).facts(error.facts());
     match advice::for_device(error) {
         Some(help) => failure.help(help),
         None => failure,
@@ -134,7 +134,8 @@ pub fn list(context: &Context) -> Result<Exit, Failure> {
     let devices = match opencl::list_devices() {
         Ok(devices) => devices,
         Err(error @ (DeviceError::NoLibrary { .. } | DeviceError::NoDevice { .. })) => {
-            error.to_string().lines().for_each(|line| context.terminal.note(line));
+            context.terminal.note(&error.action());
+            error.facts().iter().for_each(|fact| context.terminal.note(fact));
             Vec::new()
         }
         Err(error) => return Err(failure(&error)),

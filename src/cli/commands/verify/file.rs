@@ -189,7 +189,7 @@ pub struct Held {
 pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Context) -> Result<Held, Failure> {
     let Some(model) = &args.source else {
         let scene = scene_of_file(&cache.view(), cache.names()).map_err(|e| {
-            let failure = Failure::from_message(Exit::Negative, &e.to_string());
+            let failure = Failure::new(Exit::Negative, e.to_string());
             failure.fact(format!("the file is {}", names::path(path))).help(format!("bvhc check {}", names::path(path)))
         })?;
         return Ok(Held { scene, placed: None });
@@ -211,7 +211,7 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
         }
     }
     let error = first.map_or_else(|| "no way to read the model was tried".to_owned(), |error| error.to_string());
-    let failure = Failure::from_message(Exit::Negative, &error);
+    let failure = Failure::new(Exit::Negative, error);
     let (file, model) = (names::path(path), names::path(model));
     let failure = failure.fact(format!("the file is {file}")).fact(format!("the model is {model}"));
     let failure =

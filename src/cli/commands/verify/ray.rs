@@ -106,7 +106,9 @@ fn one(path: &Path, ray: &Ray, args: &VerifyArgs, bench: &Bench, context: &Conte
                 let any_hit = any.first().is_some_and(|r| r.is_hit());
                 answered(&subject, &answer, name, hit.as_ref(), any_hit)
             }
-            (Err(error), _) | (_, Err(error)) => failed(name, &error.to_string()),
+            (Err(error), _) | (_, Err(error)) => {
+                failed(name, error.facts().first().map_or_else(|| error.action(), String::clone))
+            }
         });
     }
     let candidates = answer.candidates.iter().map(|c| {
@@ -142,7 +144,7 @@ fn standing(standing: Standing) -> &'static str {
 fn of_cpu(subject: &Subject<'_>, answer: &brute::Answer, log: &Replay) -> DeviceAnswer {
     match (&log.hit, &log.any) {
         (Ok(hit), Ok(any)) => answered(subject, answer, "cpu".into(), hit.as_ref(), *any),
-        (Err(reason), _) | (_, Err(reason)) => failed("cpu".into(), &reason.to_string()),
+        (Err(reason), _) | (_, Err(reason)) => failed("cpu".into(), reason.to_string()),
     }
 }
 
@@ -178,10 +180,9 @@ fn answered(
     }
 }
 
-fn failed(name: String, reason: &str) -> DeviceAnswer {
-    let first = reason.lines().find(|l| !l.starts_with("Cannot trace")).unwrap_or_default().to_string();
-    let closest = Answer::Malformed { reason: first.clone() };
-    DeviceAnswer { name, closest, any_hit: None, verdict: "wrong: no answer".into(), told: first, right: false }
+fn failed(name: String, reason: String) -> DeviceAnswer {
+    let closest = Answer::Malformed { reason: reason.clone() };
+    DeviceAnswer { name, closest, any_hit: None, verdict: "wrong: no answer".into(), told: reason, right: false }
 }
 
 fn told(replayed: &Replayed, path: &Path, ray: &Ray) -> String {

@@ -221,7 +221,7 @@ pub fn got(got: &Got) -> String {
         Got::Nothing => "nothing".to_string(),
         Got::Any(true) => "some hit".to_string(),
         Got::Any(false) => "no hit at all".to_string(),
-        Got::Malformed(reason) => reason.to_string().lines().next().unwrap_or_default().to_string(),
+        Got::Malformed(reason) => reason.to_string(),
     }
 }
 

@@ -65,11 +65,16 @@ fn a_choice_that_is_none_lists_the_animations() {
         (name("Walk"), "it has 2 animations named 'Walk'; their numbers tell them apart"),
     ] {
         let error = try_with(&b.0, &choosing(choice, None)).unwrap_err();
-        let text = error.to_string();
         assert_eq!(error.kind(), ErrorKind::BadModel);
-        let list = "\n  animation 0 'Walk': 3 keys from 0.25 to 1 s, 4 a second\n  animation 1 'Run': 2 keys from 0 to 0.1 s, 10 a second\
-                    \n  animation 2 'Walk': nothing of the scene moves\n  animation 3: nothing of the scene moves";
-        assert!(text.contains(says) && text.ends_with(list), "{text}");
+        let facts = [
+            says,
+            "animation 0 'Walk': 3 keys from 0.25 to 1 s, 4 a second",
+            "animation 1 'Run': 2 keys from 0 to 0.1 s, 10 a second",
+            "animation 2 'Walk': nothing of the scene moves",
+            "animation 3: nothing of the scene moves",
+        ];
+        assert_eq!(error.facts(), facts);
+        assert_eq!(error.to_string(), format!("{}: {}", error.action(), facts.join("; ")));
     }
     let none = try_with(&square(), &choosing(AnimationChoice::Only, None)).unwrap_err().to_string();
     assert!(none.ends_with("it has no animations"), "{none}");
@@ -77,8 +82,8 @@ fn a_choice_that_is_none_lists_the_animations() {
     // Of very many the first are told, and one that cannot be read has no times.
     let mut many = several();
     many.0["animations"] = json!(vec![json!({ "channels": "none" }); 100]);
-    let text = try_with(&many.0, &choosing(AnimationChoice::Number(100), None)).unwrap_err().to_string();
-    assert!(text.ends_with("\n  and 68 more") && text.lines().count() == 2 + 32 + 1, "{text}");
+    let facts = try_with(&many.0, &choosing(AnimationChoice::Number(100), None)).unwrap_err().facts();
+    assert_eq!((facts.len(), facts.last().map(String::as_str)), (1 + 32 + 1, Some("and 68 more")), "{facts:?}");
 }
 
 #[test]

@@ -17,23 +17,23 @@ fn vertex_numbers_in_every_style() {
 #[test]
 fn bad_vertex_numbers_are_named_with_their_line() {
     let line5 = |face: &str| error(format!("{TRIANGLE}# comment\nf {face}\n"));
-    assert!(line5("1 2 0").starts_with("cannot read test.obj line 5\n  a face uses vertex 0;"));
-    assert!(line5("1 2 4").contains("line 5\n  a face uses vertex 4, but there are 3"));
-    assert!(line5("1 2 -4").contains("line 5\n  a face uses vertex -4, but there are only 3"));
-    assert!(line5("1 2 x").contains("line 5\n  'x' is not a vertex number"));
-    assert!(line5("1 2 /3").contains("line 5\n  '' is not a vertex number"));
+    assert!(line5("1 2 0").starts_with("cannot read test.obj line 5: a face uses vertex 0;"));
+    assert!(line5("1 2 4").contains("line 5: a face uses vertex 4, but there are 3"));
+    assert!(line5("1 2 -4").contains("line 5: a face uses vertex -4, but there are only 3"));
+    assert!(line5("1 2 x").contains("line 5: 'x' is not a vertex number"));
+    assert!(line5("1 2 /3").contains("line 5: '' is not a vertex number"));
     for huge in ["9223372036854775807", "-9223372036854775808", "4294967297"] {
         assert!(line5(&format!("1 2 {huge}")).contains(&format!("vertex {huge}, but")), "{huge}");
     }
     assert!(line5("1 2 99999999999999999999").contains("not a vertex number"));
     let too_late = "g a\nf 1 2 3\nv 0 0 0\ng b\nf 1 1 1\nv 1 0 0\nv 0 1 0\n";
-    assert!(error(too_late).contains("line 2\n  a face uses vertex 3"), "{}", error(too_late));
+    assert!(error(too_late).contains("line 2: a face uses vertex 3"), "{}", error(too_late));
 }
 
 #[test]
 fn bad_positions_are_named_with_their_line() {
-    assert!(error("v 0 0\n").contains("line 1\n  a position has 2 coordinates; it needs 3"));
-    assert!(error("\nv 0 zero 0\n").contains("line 2\n  'zero' is not a number"));
+    assert!(error("v 0 0\n").contains("line 1: a position has 2 coordinates; it needs 3"));
+    assert!(error("\nv 0 zero 0\n").contains("line 2: 'zero' is not a number"));
     assert!(error("v 0 1,5 0\n").contains("'1,5' is not a number"));
     assert!(error(b"v 0 \xff 0\n").contains("is not a number"));
 }

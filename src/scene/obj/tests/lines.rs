@@ -27,11 +27,11 @@ fn nul_bytes_are_read_over_at_the_end_and_nowhere_else() {
         }
         for inside in ["v 0 0 0\0\n", "# a\0b\n", "\0\n"] {
             let text = format!("#{}\n{inside}{TRIANGLE}f 1 2 3\n", "-".repeat(comment));
-            assert!(error(&text).contains("line 2\n  it has a NUL byte"), "{}", error(&text));
+            assert!(error(&text).contains("line 2: it has a NUL byte"), "{}", error(&text));
         }
     }
     let lines = error("# one\rv 0 0 0\r\n\nv 0 \0 0\nf 1 2 3\n");
-    assert!(lines.contains("line 4\n  it has a NUL byte"), "each kind of line end counts once: {lines}");
+    assert!(lines.contains("line 4: it has a NUL byte"), "each kind of line end counts once: {lines}");
     assert!(read("\0\0\0").meshes.is_empty());
 }
 

@@ -99,7 +99,7 @@ fn plain_lines_are_read_as_all_others() {
 fn errors_name_their_line_among_many_plain_ones() {
     let many = |n: usize| format!("{TRIANGLE}f 1 2 3\n{}", "v 0 0 0\nvn 0 0 1\nf 1/1 2/2 3/3\n".repeat(n));
     for n in [0, 1, 100, 5000] {
-        let at = |line: usize, what: &str| format!("line {}\n  {what}", 4 + 3 * n + line);
+        let at = |line: usize, what: &str| format!("line {}: {what}", 4 + 3 * n + line);
         for (odd, line, what) in [
             ("v 0 zero 0\nf 0 0 0\n", 1, "'zero' is not a number"),
             ("f 1 2 0\nv 0 zero 0\n", 1, "a face uses vertex 0"),

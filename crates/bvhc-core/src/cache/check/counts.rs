@@ -1,5 +1,6 @@
 use std::ops::ControlFlow;
 
+use super::Limits;
 use super::boxes::{bits, show};
 use crate::cache::container::Sink;
 use crate::cache::report::{Place, Report};
@@ -17,7 +18,7 @@ pub struct TreeRanges {
 
 /// Follow the rows of `BLAS` through `NODE`, `TRIS` and `GEOM`. A tree whose row cannot be followed is `None`.
 pub fn ranges(view: &View<'_>, out: &mut Report) -> Vec<Option<TreeRanges>> {
-    let geoms = geom_ranges(view, out);
+    let geoms = geom_ranges(view.geoms, view.blases.len(), out);
     _ = check_rows(view.blases, view.nodes.len() as u64, view.triangles.len() as u64, out);
     let mut trees = Vec::with_capacity(view.blases.len()); // as many as there are records in memory
     for (i, blas) in view.blases.iter().enumerate() {
@@ -100,14 +101,14 @@ fn check_blas(blas: &BlasRecord, place: Place, out: &mut Report) {
 }
 
 /// For each tree its rows of `GEOM`, which stand in the order of the trees.
-fn geom_ranges(view: &View<'_>, out: &mut Report) -> Vec<(u32, u32)> {
-    let mut ranges = vec![(0u32, 0u32); view.blases.len()];
+fn geom_ranges(geoms: &[GeomRecord], trees: usize, out: &mut Report) -> Vec<(u32, u32)> {
+    let mut ranges = vec![(0u32, 0u32); trees];
     let (mut tree, mut row) = (0usize, 0usize);
-    for (i, geom) in view.geoms.iter().enumerate() {
+    for (i, geom) in geoms.iter().enumerate() {
         let place = Place::record(SectionKind::GEOM, i as u64);
         check_geom(geom, place, out);
-        if geom.blas as usize >= view.blases.len() || (geom.blas as usize) < tree {
-            let (low, high) = (tree, view.blases.len());
+        if geom.blas as usize >= trees || (geom.blas as usize) < tree {
+            let (low, high) = (tree, trees);
             out.add(&rules::E0314, place, || (format!("in {low} .. {high}"), geom.blas.to_string()));
             continue;
         }
@@ -117,8 +118,15 @@ fn geom_ranges(view: &View<'_>, out: &mut Report) -> Vec<(u32, u32)> {
         }
         ranges[tree] = (row as u32, i as u32 + 1);
     }
-    check_numbers(view.geoms, &ranges, out);
+    check_numbers(geoms, &ranges, out);
     ranges
+}
+
+/// Rows of parts, before there is a file that they stand in: what can be told of them without the triangles.
+pub fn check_parts(geoms: &[GeomRecord], trees: usize, limits: &Limits) -> Report {
+    let mut out = Report::new(limits.max_issues);
+    geom_ranges(geoms, trees, &mut out);
+    out
 }
 
 /// In each tree: parts of one mesh have no triangle's number in common and stand one behind the other, and what is said of one part in several rows,

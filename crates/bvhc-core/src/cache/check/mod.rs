@@ -40,6 +40,7 @@ pub use super::container::hex;
 pub use super::report::{Finding, Place, Report};
 pub use compact::{CompactRecords, check as check_compact};
 pub use content::{RecordsOf, check_records};
+pub use counts::check_parts;
 pub(super) use counts::check_rows;
 pub(super) use hashes::check_packed;
 pub use identity::Bits;
@@ -48,6 +49,7 @@ pub use vertices::check as check_vertices;
 
 /// How deep to look. Each level includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Level {
     /// Header, section table, tiling and both ids, and the counts that header and table both state: rules `E01xx`, E0203 and E0204, and E0302,
     /// E0304, E0305 and E0308.
