@@ -16,6 +16,7 @@ mod documents;
 mod extensions;
 mod forged;
 mod frames;
+mod hard_motions;
 mod inputs;
 mod inspect;
 mod interrupt;
