@@ -126,22 +126,22 @@ fn samples_agree_with_brute_force() {
 }
 
 #[test]
-#[ignore = "long: every sample with 100 000 rays"]
+#[ignore = "long: every sample with 50 000 rays"]
 fn long_samples_agree_with_brute_force() {
     for file in model_files(&samples_dir()) {
         let scene = read(&file, &ReadOptions::default()).expect("a scene");
-        judge(&file.file_name().expect("a name").to_string_lossy(), scene, 100_000);
+        judge(&file.file_name().expect("a name").to_string_lossy(), scene, 50_000);
     }
 }
 
 #[test]
-#[ignore = "long: every real scene with 100 000 rays"]
+#[ignore = "long: every real scene with 50 000 rays"]
 fn long_real_scenes_agree_with_brute_force() {
     let Some(files) = real_scenes() else { return };
     for (name, file) in &files {
         match read(file, &ReadOptions::default()) {
             Ok(scene) if scene.instances.is_empty() => println!("{name}: no triangles"),
-            Ok(scene) => judge(name, scene, 100_000),
+            Ok(scene) => judge(name, scene, 50_000),
             Err(e) => panic!("{name}: {e}"),
         }
     }

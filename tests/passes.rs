@@ -198,12 +198,12 @@ fn needles_and_soups() {
 
 #[test]
 fn identical_triangles_and_equal_centres() {
-    assert_good("identical", &mesh_of(&vec![[[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 4.0, 5.0]]; 10_000]));
+    assert_good("identical", &mesh_of(&vec![[[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 4.0, 5.0]]; 4_000]));
     let nested = |i: usize| {
         let r = 1.0 + i as f32 / 64.0;
         [[-r, -r, -r], [r, r, r], [-r, r, 0.0]]
     };
-    assert_good("nested", &mesh_of(&(0..5_000).map(nested).collect::<Vec<_>>()));
+    assert_good("nested", &mesh_of(&(0..2_000).map(nested).collect::<Vec<_>>()));
 }
 
 #[test]
@@ -211,9 +211,9 @@ fn geometric_series_stay_shallow() {
     for base in [0.5f32, 0.9, 0.1] {
         let at = |i: usize| base.powi(i as i32);
         let series: Vec<Corners> =
-            (0..3_000).map(|i| [[at(i), 0.0, 0.0], [at(i + 1), 0.0, 0.0], [at(i), at(i) / 4.0, at(i)]]).collect();
+            (0..1_500).map(|i| [[at(i), 0.0, 0.0], [at(i + 1), 0.0, 0.0], [at(i), at(i) / 4.0, at(i)]]).collect();
         assert_good("geometric series", &mesh_of(&series));
-        let nested: Vec<Corners> = (0..3_000).map(|i| [[0.0; 3], [at(i), 0.0, at(i)], [0.0, at(i), 0.0]]).collect();
+        let nested: Vec<Corners> = (0..1_500).map(|i| [[0.0; 3], [at(i), 0.0, at(i)], [0.0, at(i), 0.0]]).collect();
         assert_good("nested series", &mesh_of(&nested));
     }
 }
@@ -221,16 +221,16 @@ fn geometric_series_stay_shallow() {
 #[test]
 fn huge_tiny_and_flat_coordinates() {
     for extent in [1e38f32, 3e38, 1e-38, 1e-44, 1e18, 1e-20] {
-        let soup: Vec<Corners> = (Random(5).soup(1_500, 0.7, 0.25).into_iter())
+        let soup: Vec<Corners> = (Random(5).soup(600, 0.7, 0.25).into_iter())
             .map(|t| t.map(|p| p.map(|c| (2.0 * c - 1.0) * extent)))
             .collect();
         assert_good("extreme scale", &mesh_of(&soup));
     }
-    let mut mixed = Random(6).soup(800, 1e-38, 1e-39);
-    mixed.extend(Random(7).soup(800, 1e38, 1e37));
+    let mut mixed = Random(6).soup(300, 1e-38, 1e-39);
+    mixed.extend(Random(7).soup(300, 1e38, 1e37));
     assert_good("mixed scales", &mesh_of(&mixed));
     for axis in 0..3 {
-        let mut plane = Random(9).soup(2_000, 100.0, 20.0);
+        let mut plane = Random(9).soup(800, 100.0, 20.0);
         plane.iter_mut().flatten().for_each(|p| p[axis] = 7.5);
         assert_good("plane", &mesh_of(&plane));
         plane.iter_mut().flatten().for_each(|p| p[(axis + 1) % 3] = -2.0);
