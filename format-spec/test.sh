@@ -6,6 +6,8 @@
 # Everything is installed below target/format-tests. Exit status 77: the packages could not be installed, nothing was tested.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+# Scripts look there for what was built.
+export CARGO_TARGET_DIR="$PWD/target"
 work=target/format-tests
 mkdir -p "$work"
 

@@ -6,11 +6,11 @@
 use crate::build::{BuildError, BuildOptions, Named, NoProgress, Preset, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, CacheError, Codec, Image, Meta, View, WriteOptions, WriteSummary};
-use crate::compile::compile;
+use crate::compile::{Placing, compile_sound, lay_out};
 use crate::exec::Executor;
 use crate::geom::{Affine, Point, Ray};
 use crate::layout::CompactNode;
-use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, Scene, SceneError, has_inverse};
+use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, ReadReport, Scene, SceneError, has_inverse};
 use crate::trace::wide::WideView;
 use crate::trace::{BatchError, Hit, Malformed, any_hit, closest_hit};
 use std::collections::BTreeSet;
@@ -56,6 +56,8 @@ pub struct Build {
     vertices: bool,
     compact: bool,
     threads: usize,
+    /// Whether the caller added something to a model: then the file is not what `bvhc build` makes of the model, and names no input.
+    changed: bool,
     /// Meshes that the caller added and that no instance shows yet.
     unplaced: BTreeSet<u32>,
 }
@@ -116,11 +118,13 @@ impl Build {
         let mut mesh = Mesh::new(name, positions.to_vec(), triangles.to_vec())?;
         mesh.parts.iter_mut().for_each(|part| part.source_mesh = number as u32);
         self.scene.meshes.push(mesh);
+        self.changed = true;
         self.unplaced.insert(number as u32);
         Ok(number as u32)
     }
 
-    /// Place a mesh. Returns the number of the instance, which hits name.
+    /// Place a mesh. Returns the number of the place, which [`Built::node`] and [`Opened::node`](crate::Opened::node) tell of a hit. Places are
+    /// numbered from 0; in a model that was read, behind its nodes.
     ///
     /// # Errors
     /// Where there is no such mesh, or the transform is not finite or has no inverse.
@@ -133,9 +137,12 @@ impl Build {
             return Err(GeometryError::Transform { instance });
         }
         let name = self.scene.meshes[mesh as usize].name.clone();
-        self.scene.instances.push(Instance { mesh, transform: object_to_world, node: instance as u32, name });
+        let nodes = self.scene.instances.iter().map(|i| i.node).filter(|node| *node != Instance::NO_NODE);
+        let node = nodes.max().map_or(0, |last| last + 1);
+        self.scene.instances.push(Instance { mesh, transform: object_to_world, node, name });
+        self.changed = true;
         self.unplaced.remove(&mesh);
-        Ok(instance as u32)
+        Ok(node)
     }
 
     /// How good the trees shall be, and how long they may take; the default is [`Preset::Auto`].
@@ -187,7 +194,8 @@ impl Build {
     ///
     /// # Errors
     /// Where an option is out of its range or not read by the method, a preset and options were both given, the scene is too large, no threads
-    /// can be started, a mesh was added and not placed, or vertices are asked for of a model that was read without them.
+    /// can be started, a mesh was added and not placed, vertices are asked for of a model that was read without them, or nothing of a model's
+    /// triangles is left.
     pub fn run(self) -> Result<Built, BuildError> {
         let exec = Executor::new(self.threads)?;
         self.run_on(exec, &NoProgress)
@@ -199,7 +207,9 @@ impl Build {
     /// As [`Build::run`], and where `progress` cancels the build.
     pub fn run_on(self, exec: Executor, progress: &dyn Progress) -> Result<Built, BuildError> {
         let options = self.recipe()?;
-        let Build { mut scene, read, vertices, compact, unplaced, .. } = self;
+        let Build { mut scene, read, vertices, compact, changed, unplaced, .. } = self;
+        let is_model = read.is_some() || !scene.inputs.is_empty();
+        let read = read.filter(|_| !changed);
         if let Some(mesh) = unplaced.first() {
             let name = scene.meshes[*mesh as usize].name.clone();
             return Err(BuildError::Unplaced { mesh: *mesh, name });
@@ -213,16 +223,26 @@ impl Build {
             Some(read) => recipe.options.extend(ReadOptions { vertices, ..read }.effective()),
             None => recipe.options.extend(ReadOptions::effective_of_arrays(vertices)),
         }
-        let (inputs, report) = (scene.inputs.clone(), scene.report.clone());
+        let (mut inputs, report) = (std::mem::take(&mut scene.inputs), scene.report.clone());
+        if changed {
+            inputs.clear();
+        }
         let posed = scene.posed.iter().map(ToString::to_string).collect();
-        let accel = compile(scene, &options, &exec, progress)?;
+        let laid = lay_out(scene, &options, &exec)?;
+        if is_model && laid.meshes.is_empty() {
+            return Err(BuildError::NothingLeft {
+                dropped: report.degenerate_triangles + report.non_finite_triangles + report.out_of_range_triangles,
+            });
+        }
+        let placing = laid.placing.clone();
+        let accel = compile_sound(laid, &options, &exec, progress)?;
         let mut image = Image::of_compiled(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
         if compact {
             image.add_compact().map_err(|e| BuildError::Layout(e.to_string()))?;
         }
         let notes = [posed, accel.notes].concat();
         let meta = Meta { notes, ..cache::provenance(recipe, &inputs, &report) };
-        Ok(Built { image, meta, exec })
+        Ok(Built { image, meta, report, placing, exec })
     }
 
     /// The options of the build, which a preset or the caller has given.
@@ -265,6 +285,8 @@ fn checked(codec: Codec) -> WriteOptions {
 pub struct Built {
     image: Image,
     meta: Meta,
+    report: ReadReport,
+    placing: Placing,
     exec: Executor,
 }
 
@@ -328,6 +350,23 @@ impl Built {
             Some(wide) => wide.closest_hits(rays, hits, &self.exec),
             None => self.view().closest_hits(rays, hits, &self.exec),
         }
+    }
+
+    /// What reading the model left out or changed; all 0 for arrays.
+    pub fn read_report(&self) -> &ReadReport {
+        &self.report
+    }
+
+    /// What it cost to put meshes where their instances stand: triangles that lost their area there, and how far rounding moves corners.
+    pub fn placing(&self) -> &Placing {
+        &self.placing
+    }
+
+    /// Which place of a mesh was hit: what [`Build::add_instance`] returned for it, or the number of the model's node. `None` where that is not told: of the
+    /// one mesh of [`Build::new`], of an only instance that stands where its mesh does, and of OBJ models far from the origin.
+    pub fn node(&self, hit: &Hit) -> Option<u32> {
+        let record = |id: u32| self.image.instances.iter().position(|instance| instance.id == id);
+        self.view().node(hit, record)
     }
 
     /// Why the builder chose what it chose, for people; empty where nothing was chosen.

@@ -245,3 +245,98 @@ fn no_scene_becomes_a_file_that_a_rule_forbids() {
     let nowhere = Instance { mesh: 9, transform: Affine::IDENTITY, node: 0, name: String::new() };
     assert_eq!(Scene { instances: vec![nowhere], ..Scene::default() }.instanced_triangles(), 0);
 }
+
+/// A model that a program adds to is no longer what `bvhc build` makes of it.
+#[test]
+fn a_changed_model_is_not_up_to_date() {
+    let folder = tempfile::tempdir().unwrap();
+    let (model, path) = (folder.path().join("a.obj"), folder.path().join("a.bvhc"));
+    std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let inputs = |build: Build| {
+        build.run().unwrap().write(&path).unwrap();
+        Cache::open(&path).unwrap().meta().unwrap().dependencies.len()
+    };
+    assert_eq!(inputs(Build::of_model(&model).unwrap()), 1);
+    let mut more = Build::of_model(&model).unwrap();
+    let mesh = more.add_mesh("more", &POSITIONS, &TRIANGLES).unwrap();
+    assert_eq!(more.add_instance(mesh, Affine::translation([5.0, 0.0, 0.0])).unwrap(), 1, "node 0 is the model's");
+    assert_eq!(inputs(more), 0);
+}
+
+#[test]
+fn a_hit_tells_the_place_whatever_the_levels_are() {
+    for (levels, shift) in [(Levels::One, 9.0), (Levels::Two, 9.0), (Levels::Auto, 1e7)] {
+        let mut build = Build::empty();
+        // What is empty takes a number as well.
+        let nothing = build.add_mesh("nothing", &[], &[]).unwrap();
+        let mesh = build.add_mesh("mesh", &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]]).unwrap();
+        let first = build.add_instance(nothing, Affine::IDENTITY).unwrap();
+        let places = [1.0, 2.0].map(|k| build.add_instance(mesh, Affine::translation([k * shift, 0.0, 0.0])).unwrap());
+        assert_eq!((first, places), (0, [1, 2]));
+        let options = BuildOptions { levels, ..BuildOptions::preset(Preset::Draft) };
+        let built = build.options(options).run().unwrap();
+        let bytes = built.to_bytes().unwrap();
+        let cache = Cache::from_bytes(&bytes, &OpenOptions::default()).unwrap();
+        for (place, k) in places.into_iter().zip([1.0, 2.0]) {
+            let ray = Ray::new([(k * shift) as f32 + 0.25, 0.25, -3.0], [0.0, 0.0, 1.0]);
+            let hit = built.closest_hit(&ray).unwrap().expect("a hit");
+            assert_eq!((built.node(&hit), cache.node(&hit)), (Some(place), Some(place)), "{levels:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_lost_on_the_way_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("a.obj");
+    std::fs::write(&model, "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let nothing = Build::of_model(&model).unwrap().run();
+    assert!(matches!(nothing, Err(BuildError::NothingLeft { dropped: 1 })), "{nothing:?}");
+    std::fs::write(&model, "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\nf 1 3 4\n").unwrap();
+    let built = Build::of_model(&model).unwrap().run().unwrap();
+    assert_eq!((built.read_report().non_finite_triangles, built.placing().collapsed), (1, 0));
+
+    // Far out, rounding leaves nothing of small triangles in one tree.
+    let mut build = Build::empty();
+    let mesh = build.add_mesh("small", &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]]).unwrap();
+    for k in 0..10 {
+        let rows = [[1e-6, 0.0, 0.0, 1000.0 * f64::from(k)], [0.0, 1e-6, 0.0, 0.0], [0.0, 0.0, 1e-6, 0.0]];
+        build.add_instance(mesh, Affine { rows }).unwrap();
+    }
+    let options = BuildOptions { levels: Levels::One, ..BuildOptions::preset(Preset::Draft) };
+    assert_eq!(build.options(options).run().unwrap().placing().collapsed, 9);
+}
+
+/// Nothing passes the door that no file could hold.
+#[test]
+fn what_cannot_be_stored_is_refused_at_the_door() {
+    let mut build = Build::new(&POSITIONS, &TRIANGLES).unwrap();
+    for scale in [1e-39, 1e-40, 1e-300] {
+        let small = Affine { rows: [[scale, 0.0, 0.0, 0.0], [0.0, scale, 0.0, 0.0], [0.0, 0.0, scale, 0.0]] };
+        let refused = build.add_instance(0, small);
+        assert_eq!(refused, Err(GeometryError::Transform { instance: 1 }), "{scale}");
+    }
+    let exec = Executor::sequential();
+    let refused = |change: fn(&mut Mesh)| {
+        let mut mesh = mesh();
+        change(&mut mesh);
+        mesh.validate(0, &exec).unwrap_err()
+    };
+    let error = refused(|mesh| mesh.remainders = vec![[0.0, f32::NAN, 0.0]; mesh.positions.len()]);
+    assert!(matches!(error, GeometryError::Remainder { mesh: 0, index: 0, .. }), "{error}");
+    let error = refused(|mesh| (mesh.parts, mesh.source_prims) = (Vec::new(), vec![0, u32::MAX]));
+    assert_eq!(error, GeometryError::SourceNumber { mesh: 0, triangle: 1, number: u32::MAX });
+
+    let tree = bvhc::compile::build_tree(&mesh(), &BuildOptions::default(), &exec, &NoProgress).unwrap();
+    let accel = Accel {
+        meshes: vec![mesh(), mesh()],
+        blases: vec![tree.clone()],
+        tlas: None,
+        instances: Vec::new(),
+        notes: Vec::new(),
+    };
+    assert!(bvhc::cache::Image::new(&accel, &exec).is_err(), "a mesh without its tree");
+    let mut nodes = tree.nodes;
+    nodes[0] = bvhc::tree::Node::inner(nodes[0].bounds(), 0);
+    assert!(bvhc::tree::refit(&mut nodes, |_| [[0.0; 3]; 3]).is_err(), "a node below itself");
+}

@@ -5,6 +5,8 @@
 #   tests/package.sh --all     compiles them from their packages as well, and builds the stripped program and prints its size; takes minutes
 set -euo pipefail
 cd "$(dirname "$0")/.."
+# Scripts look there for what was built.
+export CARGO_TARGET_DIR="$PWD/target"
 verify=--no-verify
 [ "${1:-}" = "--all" ] && verify=
 

@@ -10,6 +10,8 @@
 #              BVHC_STRICT  1: a skipped part fails the run
 set -euo pipefail
 cd "$(dirname "$0")/.."
+# Scripts look there for what was built.
+export CARGO_TARGET_DIR="$PWD/target"
 
 quick=0
 [ "${1:-}" = "--quick" ] && quick=1

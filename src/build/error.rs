@@ -16,6 +16,12 @@ pub enum BuildError {
         "cannot build with vertices: the model was read without their numbers, which ReadOptions::vertices asks for"
     )]
     NoVertices,
+    /// A model was read, and no triangle of it is left to build over.
+    #[error("cannot build: no triangle of the model is left; {dropped} were left out when it was read")]
+    NothingLeft {
+        /// Triangles that the model has and that reading left out.
+        dropped: u64,
+    },
     /// A mesh was added, and no instance shows it: no ray would meet it.
     #[error("cannot build: mesh {mesh} ('{name}') was added, and no instance places it")]
     Unplaced {

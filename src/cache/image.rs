@@ -46,6 +46,10 @@ impl Image {
     /// Where only some meshes have the numbers of their vertices, or a tree refers to triangles, a part to triangles, or an instance to a mesh
     /// that is not there. Whether the trees are sound beyond that is asked when the image is written.
     pub fn new(accel: &Accel, exec: &Executor) -> Result<Image, CacheError> {
+        let (meshes, trees) = (accel.meshes.len(), accel.blases.len());
+        if meshes != trees {
+            return Err(unwritable(format!("there are {meshes} meshes and {trees} trees, and each mesh has one")));
+        }
         for (number, (mesh, tree)) in accel.meshes.iter().zip(&accel.blases).enumerate() {
             fits(mesh, tree, number, exec)?;
         }

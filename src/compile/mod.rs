@@ -88,7 +88,8 @@ pub fn compile_laid_out(
     compile_sound(laid, options, exec, progress)
 }
 
-fn compile_sound(
+/// [`compile_laid_out`] of what nobody changed since.
+pub(crate) fn compile_sound(
     laid: LaidOut,
     options: &BuildOptions,
     exec: &Executor,

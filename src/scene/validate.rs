@@ -45,6 +45,15 @@ pub enum GeometryError {
         /// What it begins with, or what all cover.
         found: usize,
     },
+    /// A position's remainder is NaN or infinite.
+    Remainder {
+        /// The mesh.
+        mesh: usize,
+        /// Index of the position.
+        index: usize,
+        /// The remainder.
+        remainder: Point,
+    },
     /// A list parallel to the triangles has another length.
     SourcePrims {
         /// The mesh.
@@ -108,7 +117,8 @@ pub enum GeometryError {
         /// How many meshes the scene has.
         meshes: usize,
     },
-    /// An instance's transform is not finite, or has no inverse that takes a ray into the mesh: none at all, or none that `f64` can tell.
+    /// An instance's transform is not finite, or has no inverse that takes a ray into the mesh: none at all, none that `f64` can tell, or none in the range of
+    /// `f32`.
     Transform {
         /// The instance.
         instance: usize,
@@ -126,6 +136,9 @@ impl fmt::Display for GeometryError {
                 f,
                 "triangle {triangle} of mesh {mesh} uses position {index}, which is not finite: ({x}, {y}, {z})"
             ),
+            GeometryError::Remainder { mesh, index, remainder: [x, y, z] } => {
+                write!(f, "the remainder of position {index} of mesh {mesh} is not finite: ({x}, {y}, {z})")
+            }
             GeometryError::Parts { mesh, part, expected, found } => write!(
                 f,
                 "the parts of mesh {mesh} must cover its triangles in order: at part {part}, {expected} is expected and {found} stated"
@@ -161,7 +174,7 @@ impl fmt::Display for GeometryError {
                 write!(f, "instance {instance} names mesh {mesh}, but the scene has {meshes} meshes")
             }
             GeometryError::Transform { instance } => {
-                write!(f, "the transform of instance {instance} is not finite, or has no inverse that f64 can tell")
+                write!(f, "the transform of instance {instance} is not finite, or has no inverse that a file can hold")
             }
         }
     }
@@ -212,6 +225,9 @@ impl Mesh {
         if remainders != 0 && remainders != positions {
             return Err(GeometryError::Remainders { mesh: number, positions, remainders });
         }
+        if let Some(index) = self.remainders.iter().position(|r| !r.iter().all(|c| c.is_finite())) {
+            return Err(GeometryError::Remainder { mesh: number, index, remainder: self.remainders[index] });
+        }
         let (triangles, vertices) = (self.triangles.len(), self.vertices.len());
         if vertices != 0 && vertices != triangles {
             return Err(GeometryError::Vertices { mesh: number, triangles, vertices });
@@ -244,6 +260,12 @@ impl Mesh {
         let (triangles, numbers) = (self.triangles.len(), self.source_prims.len());
         if numbers != 0 && numbers != triangles {
             return Err(GeometryError::SourcePrims { mesh, triangles, numbers });
+        }
+        // The largest number has none behind it, which the numbers of a part end with.
+        if self.parts.is_empty()
+            && let Some(triangle) = self.source_prims.iter().position(|number| *number == u32::MAX)
+        {
+            return Err(GeometryError::SourceNumber { mesh, triangle, number: u32::MAX });
         }
         let mut next = 0usize;
         for (part, p) in self.parts.iter().enumerate() {
@@ -338,7 +360,6 @@ pub(crate) fn validate_placed(meshes: &[Mesh], instances: &[Instance], exec: &Ex
 /// Whether a ray can be taken into the mesh that this transform places: it has an inverse, and as a file stores it one that `f64` can tell. What does
 /// not fit in `f32` is refused where it is placed.
 pub(crate) fn has_inverse(transform: &Affine) -> bool {
-    let stored = transform.to_f32();
-    let fits = stored.iter().all(|entry| entry.is_finite());
-    transform.inverse().is_some() && (!fits || Affine::from_f32(&stored).is_invertible_in_f64())
+    let fits = transform.to_f32().iter().all(|entry| entry.is_finite());
+    transform.inverse().is_some() && (!fits || transform.is_storable())
 }

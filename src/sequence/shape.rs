@@ -5,7 +5,7 @@ use crate::cache::{Image, IndexedTriangleRecord, Parts, PoseRecord, SequenceWrit
 use crate::exec::Executor;
 use crate::geom::Point;
 use crate::scene::Mesh;
-use crate::tree::{Node, Tree, quality, refit_on};
+use crate::tree::{Node, Tree, quality, refit_built};
 use std::ops::Range;
 
 /// The trees that meshes of the same triangles have had so far, or were given beforehand.
@@ -154,7 +154,7 @@ impl Shape {
 /// The nodes of a tree, refitted to a mesh as it stands.
 fn fit(tree: &Tree, mesh: &Mesh, exec: &Executor) -> Vec<Node> {
     let mut nodes = tree.nodes.clone();
-    refit_on(&mut nodes, |slot| mesh.corners(tree.refs[slot] as usize).map(clean), exec);
+    refit_built(&mut nodes, |slot| mesh.corners(tree.refs[slot] as usize).map(clean), exec);
     nodes
 }
 

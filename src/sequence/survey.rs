@@ -55,7 +55,7 @@ impl Survey {
             for (frame, tree) in keyed.serves.iter().enumerate() {
                 let mut nodes = keyed.trees[*tree].nodes.clone();
                 let refs = &keyed.trees[*tree].refs;
-                crate::tree::refit(&mut nodes, |slot| motion.corners(frame, refs[slot] as usize));
+                crate::tree::refit_built(&mut nodes, |slot| motion.corners(frame, refs[slot] as usize), exec);
                 let cost = cost_of(&nodes, unit(&motion, frame));
                 least[*tree] = Some(least[*tree].map_or(cost, |least| least.min(cost)));
             }

@@ -9,6 +9,7 @@ mod refit;
 
 pub use bvhc_core::layout::{MAX_DEPTH, Node, max_depth};
 pub use node::Tree;
+pub(crate) use refit::refit_built;
 pub use refit::{refit, refit_on};
 
 use crate::scene::{Instance, Mesh};

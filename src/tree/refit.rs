@@ -1,3 +1,5 @@
+use bvhc_core::refit::RefitError;
+
 use crate::exec::Executor;
 use crate::geom::Point;
 
@@ -10,19 +12,27 @@ use super::Node;
 /// without spatial splits is not changed by one bit.  For records of a file there is
 /// [`refit`](mod@crate::refit).
 ///
-/// # Panics
+/// # Errors
 /// Where the nodes are none of a [`Tree`](super::Tree): children behind their parents and within the slice.
-pub fn refit(nodes: &mut [Node], corners: impl Fn(usize) -> [Point; 3] + Sync) {
-    refit_on(nodes, corners, &Executor::sequential());
+pub fn refit(nodes: &mut [Node], corners: impl Fn(usize) -> [Point; 3] + Sync) -> Result<(), RefitError> {
+    refit_on(nodes, corners, &Executor::sequential())
 }
 
 /// [`refit`] with the threads of `exec`: the same boxes.
 ///
-/// # Panics
+/// # Errors
 /// As [`refit`].
-pub fn refit_on(nodes: &mut [Node], corners: impl Fn(usize) -> [Point; 3] + Sync, exec: &Executor) {
+pub fn refit_on(
+    nodes: &mut [Node],
+    corners: impl Fn(usize) -> [Point; 3] + Sync,
+    exec: &Executor,
+) -> Result<(), RefitError> {
     bvhc_core::refit::refit_by(nodes, usize::MAX, corners, exec)
-        .expect("children of a tree stand behind their parents");
+}
+
+/// [`refit_on`] of the nodes of a tree that was built here.
+pub(crate) fn refit_built(nodes: &mut [Node], corners: impl Fn(usize) -> [Point; 3] + Sync, exec: &Executor) {
+    refit_on(nodes, corners, exec).expect("children of a tree stand behind their parents");
 }
 
 #[cfg(test)]
@@ -54,7 +64,7 @@ mod tests {
         let exec = Executor::sequential();
         let tree = build_tree(&mesh, &BuildOptions::default(), &exec, &NoProgress).unwrap();
         let mut nodes = tree.nodes.clone();
-        refit(&mut nodes, |slot| mesh.corners(tree.refs[slot] as usize));
+        refit(&mut nodes, |slot| mesh.corners(tree.refs[slot] as usize)).unwrap();
         let split = tree.refs.len() > mesh.triangles.len();
         assert!(split || nodes == tree.nodes);
     }
@@ -65,7 +75,7 @@ mod tests {
         let exec = Executor::sequential();
         let tree = build_tree(&still, &BuildOptions::default(), &exec, &NoProgress).unwrap();
         let mut nodes = tree.nodes.clone();
-        refit(&mut nodes, |slot| moved.corners(tree.refs[slot] as usize));
+        refit(&mut nodes, |slot| moved.corners(tree.refs[slot] as usize)).unwrap();
         assert_ne!(nodes, tree.nodes);
         for (i, node) in nodes.iter().enumerate().filter(|(i, _)| *i != 1) {
             let first = node.first as usize;

@@ -111,7 +111,7 @@ fn what_cannot_be_matched_is_told_by_its_rule() {
     nodes[pair].count -= 1;
     nodes[pair + 1].count += 1;
     nodes[pair + 1].first -= 1;
-    bvhc::tree::refit(nodes, |slot| corners[slot].map(|v| vertices[v as usize]));
+    bvhc::tree::refit(nodes, |slot| corners[slot].map(|v| vertices[v as usize])).unwrap();
     sequence.restate_sah();
     let bytes = sequence.file();
     let report = check_bytes(&bytes, Level::Tree, None, &Limits::default(), &Executor::sequential());

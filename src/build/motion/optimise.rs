@@ -8,7 +8,7 @@ use crate::build::passes::{MOST_POSES, ScaledPose, over_poses};
 use crate::build::progress::Progress;
 use crate::build::recipe::options::BuildOptions;
 use crate::exec::Executor;
-use crate::tree::{Tree, refit};
+use crate::tree::{Tree, refit_built};
 
 /// Move a tree's subtrees, in at most `options.reinsert` rounds, so that the mean of its SAH over the poses falls, and make leaves of subtrees where that
 /// is cheaper on average (Bittner and Meister, "T-SAH: Animation Optimized Bounding Volume Hierarchies", 2015).
@@ -47,7 +47,7 @@ pub fn optimise(
 /// Fit a tree's boxes to a frame.
 pub(super) fn fit(tree: &mut Tree, motion: &Motion, frame: usize) {
     let refs = &tree.refs;
-    refit(&mut tree.nodes, |slot| motion.corners(frame, refs[slot] as usize));
+    refit_built(&mut tree.nodes, |slot| motion.corners(frame, refs[slot] as usize), &Executor::sequential());
 }
 
 /// A pose with the root's area as the unit; `None` where that is none, or where the pose weighs nothing.

@@ -72,7 +72,7 @@ fn assert_sound(tree: &Tree, motion: &Motion, frame: usize) {
         }
     }
     let mut fitted = tree.nodes.clone();
-    refit(&mut fitted, |slot| motion.corners(frame, tree.refs[slot] as usize));
+    refit(&mut fitted, |slot| motion.corners(frame, tree.refs[slot] as usize)).unwrap();
     assert_eq!(fitted, tree.nodes);
 }
 
@@ -222,7 +222,7 @@ fn the_cost_in_a_frame_is_the_sah_of_the_fitted_tree() {
     let mut tree = tree_of(&motion, 0, 4);
     let before = cost(&tree, &motion, 1, &options());
     let refs = tree.refs.clone();
-    refit(&mut tree.nodes, |slot| motion.corners(1, refs[slot] as usize));
+    refit(&mut tree.nodes, |slot| motion.corners(1, refs[slot] as usize)).unwrap();
     assert_eq!(before as f32, crate::tree::quality::sah(&tree.nodes));
     assert_eq!(tree.bounds(), Aabb::from_points(&frames[1]));
     let table = costs(&[tree.clone(), tree_of(&motion, 1, 4)], &motion, &options(), &Executor::new(2).unwrap());

@@ -1,3 +1,5 @@
+use crate::layout::{NO_NODE, View};
+
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
@@ -20,6 +22,17 @@ pub struct Hit {
     /// Index in [`View::triangles`](crate::cache::View::triangles). Where a triangle stands in several leaves, the first of
     /// those that the ray found it in.
     pub triangle: usize,
+}
+
+impl View<'_> {
+    /// Which node of the source a hit is at: of the place where the mesh stands, or of that whose transform is in the positions. `None` where it is not
+    /// told. `record` finds the record of an instance by the number that hits have.
+    pub fn node(&self, hit: &Hit, record: impl FnOnce(u32) -> Option<usize>) -> Option<u32> {
+        let baked = self.geoms.get(hit.geom as usize)?.baked_node;
+        let placed = || self.instances.get(record(hit.instance?)?).map(|instance| instance.node);
+        let node = if baked == NO_NODE { placed()? } else { baked };
+        (node != NO_NODE).then_some(node)
+    }
 }
 
 /// What makes a tree unfit for traversal. Never seen in a file that was opened with its topology checked; traversal looks

@@ -81,7 +81,7 @@ impl Sequence {
         let (mut mesh, mut tree) = (mesh.clone(), tree.clone());
         mesh.positions = positions.to_vec();
         if !key {
-            refit(&mut tree.nodes, |slot| mesh.corners(tree.refs[slot] as usize));
+            refit(&mut tree.nodes, |slot| mesh.corners(tree.refs[slot] as usize)).unwrap();
         }
         if self.blocks.is_empty() {
             self.blocks.push(Default::default());
