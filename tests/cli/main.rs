@@ -19,6 +19,7 @@ mod frames;
 mod inputs;
 mod inspect;
 mod interrupt;
+mod many;
 mod nodes;
 mod outputs;
 mod precision;
