@@ -235,12 +235,12 @@ impl Build {
             });
         }
         let placing = laid.placing.clone();
-        let accel = compile_sound(laid, &options, &exec, progress)?;
-        let mut image = Image::of_compiled(&accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
+        let mut accel = compile_sound(laid, &options, &exec, progress)?;
+        let notes = [posed, std::mem::take(&mut accel.notes)].concat();
+        let mut image = Image::of_compiled(accel, &exec).map_err(|e| BuildError::Layout(e.to_string()))?;
         if compact {
             image.add_compact().map_err(|e| BuildError::Layout(e.to_string()))?;
         }
-        let notes = [posed, accel.notes].concat();
         let meta = Meta { notes, ..cache::provenance(recipe, &inputs, &report) };
         Ok(Built { image, meta, report, placing, exec })
     }

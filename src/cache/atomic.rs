@@ -4,9 +4,11 @@
 //! target: one whose lock is free belongs to nobody any more and is removed. So a killed writer leaves at most one file, and the next
 //! one cleans it away, without ever touching the file of a writer that is still at work.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use tempfile::NamedTempFile;
 
@@ -17,21 +19,76 @@ const SUFFIX: &str = ".bvhc-tmp";
 
 /// Let `write` fill a new file, then put it in the place of `path`. On any error `path` is what it was.
 pub(super) fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> Result<(), CacheError> {
+    let staged = stage(path, &Strays::default(), write)?;
+    staged.sync()?;
+    let folder = staged.put()?;
+    folder.map_or(Ok(()), |folder| sync_folder(&folder).map_err(CacheError::io("sync the folder of", path)))
+}
+
+/// A whole new file beside the one whose place it will take.
+///
+/// Dropped, it is gone, and the old file is what it was. Killed, the process leaves it; whoever next writes the same file removes it.
+#[derive(Debug)]
+#[must_use = "nothing is in its place before it is put there"]
+pub struct Staged {
+    /// As the caller named it.
+    path: PathBuf,
+    /// Where links lead.
+    target: PathBuf,
+    /// `None` where the target is a device, which was written to already.
+    temporary: Option<NamedTempFile>,
+}
+
+impl Staged {
+    /// Where it lies until then; `None` where there is nothing to put in place.
+    pub fn temporary(&self) -> Option<&Path> {
+        self.temporary.as_ref().map(NamedTempFile::path)
+    }
+
+    /// Wait until its bytes are on the disk, so that after a power cut the name never means half a file.
+    ///
+    /// # Errors
+    /// Where the operating system could not write them.
+    pub fn sync(&self) -> Result<(), CacheError> {
+        let Some(temporary) = &self.temporary else { return Ok(()) };
+        temporary.as_file().sync_all().map_err(CacheError::io("sync", &self.path))
+    }
+
+    /// Put it in its place in one step. The folder that then has the new name, which is on the disk once [`sync_folder`] says so; `None` for
+    /// a device.
+    ///
+    /// # Errors
+    /// Where the operating system refuses; then the old file is what it was.
+    pub fn put(self) -> Result<Option<PathBuf>, CacheError> {
+        let Some(temporary) = self.temporary else { return Ok(None) };
+        temporary.persist(&self.target).map_err(|e| CacheError::io("replace", &self.path)(e.error))?;
+        Ok(Some(folder_of(&self.target).to_owned()))
+    }
+}
+
+/// Temporary files that were there when a folder was first looked into: of writers that are gone, or at work. A process that writes many files looks
+/// into their folder once.
+#[derive(Debug, Default)]
+pub struct Strays(Mutex<BTreeMap<PathBuf, Vec<PathBuf>>>);
+
+/// Let `write` fill a new file that will take the place of `path`.
+pub(super) fn stage(
+    path: &Path,
+    strays: &Strays,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+) -> Result<Staged, CacheError> {
     let target = resolve(path).map_err(CacheError::io("write", path))?;
     let existing = fs::metadata(&target).ok();
 
     // Devices and pipes cannot be replaced; write into them.
     if existing.as_ref().is_some_and(|m| !m.is_file() && !m.is_dir()) {
         let mut file = File::options().write(true).open(&target).map_err(CacheError::io("open", path))?;
-        return write(&mut file).map_err(CacheError::io("write", path));
+        write(&mut file).map_err(CacheError::io("write", path))?;
+        return Ok(Staged { path: path.to_owned(), target, temporary: None });
     }
 
-    let folder = match target.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let prefix = temporary_prefix(&target);
-    remove_abandoned(folder, &prefix);
+    let (folder, prefix) = (folder_of(&target), temporary_prefix(&target));
+    strays.remove_abandoned(folder, &prefix);
     let mut temporary =
         create_locked(folder, &prefix).map_err(CacheError::io("create a temporary file beside", path))?;
     write(temporary.as_file_mut()).map_err(CacheError::io("write", path))?;
@@ -41,11 +98,14 @@ pub(super) fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<(
             .set_permissions(existing.permissions())
             .map_err(CacheError::io("set permissions of", path))?;
     }
+    Ok(Staged { path: path.to_owned(), target, temporary: Some(temporary) })
+}
 
-    // The new bytes reach the disk before the name does, so that after a power cut the name never means half a file.
-    temporary.as_file().sync_all().map_err(CacheError::io("sync", path))?;
-    temporary.persist(&target).map_err(|e| CacheError::io("replace", path)(e.error))?;
-    sync_folder(folder).map_err(CacheError::io("sync the folder of", path))
+fn folder_of(target: &Path) -> &Path {
+    match target.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
 }
 
 /// What a chain of symbolic links ends in, so that the links stay.
@@ -84,30 +144,45 @@ fn create_locked(folder: &Path, prefix: &str) -> io::Result<NamedTempFile> {
     }
 }
 
-/// Remove temporary files of the same target whose writers are gone. Nothing depends on it, so errors are passed over.
-fn remove_abandoned(folder: &Path, prefix: &str) {
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        let random = name.strip_prefix(prefix).and_then(|rest| rest.strip_suffix(SUFFIX));
-        let ours = random.is_some_and(|r| r.len() == 8 && r.bytes().all(|b| b.is_ascii_alphanumeric()));
-        if ours
-            && let Ok(file) = File::options().write(true).open(entry.path())
-            && file.try_lock().is_ok()
-        {
-            _ = fs::remove_file(entry.path());
+impl Strays {
+    /// Remove temporary files of the same target whose writers are gone. Nothing depends on it, so errors are passed over.
+    fn remove_abandoned(&self, folder: &Path, prefix: &str) {
+        let mut folders = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if !folders.contains_key(folder) {
+            let names = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+            folders.insert(folder.to_owned(), names.filter(|path| random_of(path, ".").is_some()).collect());
+        }
+        for path in folders.get(folder).into_iter().flatten() {
+            let ours =
+                random_of(path, prefix).is_some_and(|r| r.len() == 8 && r.bytes().all(|b| b.is_ascii_alphanumeric()));
+            if ours
+                && let Ok(file) = File::options().write(true).open(path)
+                && file.try_lock().is_ok()
+            {
+                _ = fs::remove_file(path);
+            }
         }
     }
 }
 
+/// What stands in the name of a temporary file behind `prefix`.
+fn random_of(path: &Path, prefix: &str) -> Option<String> {
+    let name = path.file_name()?.to_string_lossy();
+    Some(name.strip_prefix(prefix)?.strip_suffix(SUFFIX)?.to_owned())
+}
+
+/// Wait until the names in a folder are on the disk.
+///
+/// # Errors
+/// Where the operating system could not write them.
 #[cfg(unix)]
-fn sync_folder(folder: &Path) -> io::Result<()> {
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
     File::open(folder)?.sync_all()
 }
 
 /// Windows has no such call, and needs none for a rename on NTFS.
 #[cfg(not(unix))]
-fn sync_folder(_: &Path) -> io::Result<()> {
+pub fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())
 }
 
@@ -153,6 +228,24 @@ mod tests {
             vec![".a.bvhc.notes.bvhc-tmp".to_owned(), ".b.bvhc.AAAAAAAA.bvhc-tmp".into(), "a.bvhc".into(), living];
         want.sort();
         assert_eq!(names(folder.path()), want);
+    }
+
+    #[test]
+    fn what_is_staged_takes_its_place_when_it_is_put_there_and_else_is_gone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bvhc");
+        replace(&path, |f| f.write_all(b"old")).unwrap();
+        let strays = Strays::default();
+        let staged = stage(&path, &strays, |f| f.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read(staged.temporary().unwrap()).unwrap(), b"new");
+        drop(staged);
+        assert_eq!((fs::read(&path).unwrap(), names(folder.path())), (b"old".to_vec(), vec!["a.bvhc".to_owned()]));
+
+        let staged = stage(&path, &strays, |f| f.write_all(b"new")).unwrap();
+        staged.sync().unwrap();
+        assert_eq!(staged.put().unwrap().as_deref(), Some(folder.path()));
+        assert_eq!((fs::read(&path).unwrap(), names(folder.path())), (b"new".to_vec(), vec!["a.bvhc".to_owned()]));
     }
 
     #[cfg(unix)]

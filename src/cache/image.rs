@@ -53,24 +53,49 @@ impl Image {
         for (number, (mesh, tree)) in accel.meshes.iter().zip(&accel.blases).enumerate() {
             fits(mesh, tree, number, exec)?;
         }
-        Image::of_compiled(accel, exec)
-    }
-
-    /// [`Image::new`] of what [`compile`](crate::compile::compile) made: its meshes were validated before trees were built over them.
-    pub(crate) fn of_compiled(accel: &Accel, exec: &Executor) -> Result<Image, CacheError> {
         let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
         for (mesh, tree) in accel.meshes.iter().zip(&accel.blases) {
             image.push_blas(mesh, tree, exec);
+            image.nodes.extend_from_slice(&tree.nodes);
         }
-        image.settle_origins()?;
-        let any_duplicates = image.blases.iter().any(|b| b.flags & tree_flags::DUP_REFS != 0);
-        image.flags |= if any_duplicates { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE };
-        if let Some(tlas) = &accel.tlas {
-            image.flags |= tree_flags::TWO_LEVEL;
-            image.tlas_nodes.clone_from(&tlas.nodes);
-            image.instances = tlas.refs.iter().map(|&id| instance_of(accel, id)).collect::<Result<_, CacheError>>()?;
-        }
+        image.settle(&accel.instances, accel.tlas.as_ref())?;
         Ok(image)
+    }
+
+    /// [`Image::new`] of what [`compile`](crate::compile::compile) made: its meshes were validated before trees were built over them. Each is given
+    /// back as soon as its records are made.
+    pub(crate) fn of_compiled(accel: Accel, exec: &Executor) -> Result<Image, CacheError> {
+        let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
+        for (mesh, tree) in accel.meshes.into_iter().zip(accel.blases) {
+            image.push_blas(&mesh, &tree, exec);
+            drop(mesh);
+            image.take_nodes(tree);
+        }
+        image.settle(&accel.instances, accel.tlas.as_ref())?;
+        Ok(image)
+    }
+
+    /// What is said of all trees together, and the level above them.
+    fn settle(&mut self, instances: &[Instance], tlas: Option<&Tree>) -> Result<(), CacheError> {
+        self.settle_origins()?;
+        let any_duplicates = self.blases.iter().any(|b| b.flags & tree_flags::DUP_REFS != 0);
+        self.flags |= if any_duplicates { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE };
+        if let Some(tlas) = tlas {
+            self.flags |= tree_flags::TWO_LEVEL;
+            self.tlas_nodes.clone_from(&tlas.nodes);
+            self.instances =
+                tlas.refs.iter().map(|&id| instance_of(instances, id)).collect::<Result<_, CacheError>>()?;
+        }
+        Ok(())
+    }
+
+    /// Append the nodes of a tree, of which nothing else is needed.
+    fn take_nodes(&mut self, tree: Tree) {
+        if self.nodes.is_empty() {
+            self.nodes = tree.nodes;
+        } else {
+            self.nodes.extend_from_slice(&tree.nodes);
+        }
     }
 
     /// One tree over a mesh in world space.
@@ -81,6 +106,7 @@ impl Image {
         let mut image = Image { flags: tree_flags::CANONICAL_DFS, ..Image::default() };
         fits(mesh, tree, 0, exec)?;
         image.push_blas(mesh, tree, exec);
+        image.nodes.extend_from_slice(&tree.nodes);
         image.settle_origins()?;
         image.flags |= image.blases[0].flags;
         Ok(image)
@@ -90,9 +116,11 @@ impl Image {
     pub(crate) fn of_mesh(mesh: &Mesh, tree: &Tree, exec: &Executor) -> Image {
         let mut image = Image::default();
         image.push_blas(mesh, tree, exec);
+        image.nodes.extend_from_slice(&tree.nodes);
         image
     }
 
+    /// Append the records of a tree but for its nodes.
     fn push_blas(&mut self, mesh: &Mesh, tree: &Tree, exec: &Executor) {
         let blas = self.blases.len() as u32;
         let first_geom = self.geoms.len() as u32;
@@ -136,7 +164,6 @@ impl Image {
             sah: quality::sah(&tree.nodes),
             flags: if duplicated { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE },
         });
-        self.nodes.extend_from_slice(&tree.nodes);
         // Corners are read from all over the mesh: side by side, the waits overlap.
         exec.append(&mut self.triangles, tree.refs.len(), |i| {
             let r = tree.refs[i] as usize;
@@ -232,9 +259,9 @@ pub(crate) fn instance_record(instance: &Instance, blas: u32, id: u32) -> Instan
     }
 }
 
-fn instance_of(accel: &Accel, id: u32) -> Result<InstanceRecord, CacheError> {
-    let count = accel.instances.len();
-    let instance = accel.instances.get(id as usize).ok_or_else(|| {
+fn instance_of(instances: &[Instance], id: u32) -> Result<InstanceRecord, CacheError> {
+    let count = instances.len();
+    let instance = instances.get(id as usize).ok_or_else(|| {
         unwritable(format!("the tree over the instances refers to instance {id}, and there are {count}"))
     })?;
     Ok(instance_record(instance, instance.mesh, id))

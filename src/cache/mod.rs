@@ -17,6 +17,7 @@ mod sealed;
 mod sequence_writer;
 mod writer;
 
+pub use atomic::{Staged, Strays, sync_folder};
 pub use bvhc_core::cache::*;
 pub use convert::{ConvertOptions, ConvertSummary, convert};
 pub use freshness::{Freshness, Staleness, freshness, freshness_of_bytes, hash_file};
@@ -30,4 +31,4 @@ pub use sealed::{Codec, WriteSummary};
 pub(crate) use sequence_writer::{Parts, SequenceWriter};
 #[cfg(feature = "testing")]
 pub use sequence_writer::{Parts, SequenceWriter};
-pub use writer::{WriteOptions, to_bytes, write_file, write_to};
+pub use writer::{WriteOptions, stage_file, to_bytes, write_file, write_to};

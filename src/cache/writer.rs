@@ -12,6 +12,7 @@ use bytemuck::{Zeroable, cast_slice};
 use bvhc_core::cache::parts::{Fault, check_tree_flags, encode_names};
 
 use super::CacheError;
+use super::atomic::{Staged, Strays};
 use super::check::{Limits, check_image};
 use super::sealed::{Codec, Form, Piece, Sealed, WriteSummary};
 use super::{Header, KINDS, MAGIC, MAJOR, MIN_MINOR, SectionEntry, SectionKind};
@@ -57,6 +58,23 @@ pub fn write_file(
     let sealed = seal(&path.display().to_string(), image, meta, options, exec)?;
     atomic::replace(path, |file| sealed.write_to(file))?;
     Ok(sealed.summary())
+}
+
+/// [`write_file`] up to the point where the new file takes its place, which is left to the caller, for one who writes many: [`Staged`].
+///
+/// # Errors
+/// As [`write_file`].
+pub fn stage_file(
+    path: &Path,
+    image: &Image,
+    meta: &Meta,
+    options: &WriteOptions,
+    strays: &Strays,
+    exec: &Executor,
+) -> Result<(WriteSummary, Staged), CacheError> {
+    let sealed = seal(&path.display().to_string(), image, meta, options, exec)?;
+    let staged = atomic::stage(path, strays, |file| sealed.write_to(file))?;
+    Ok((sealed.summary(), staged))
 }
 
 /// Write a file to any sink, front to back.

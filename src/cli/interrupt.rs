@@ -2,19 +2,26 @@
 
 use super::exit::Exit;
 use super::failure::Failure;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
 
 static CANCELLED: AtomicBool = AtomicBool::new(false);
-/// Held while an output is being written and renamed.
-static PUBLISHING: Mutex<()> = Mutex::new(());
+/// Shared by all that are writing or renaming an output just now.
+static PUBLISHING: RwLock<()> = RwLock::new(());
+/// Files that are written and wait for others before they take their places.
+static STAGED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Install the handler. It raises the flag that builders poll, waits for a write under way (which is atomic and short), and
-/// ends the process: reading and building leave nothing on disk that would need tidying.
+/// Install the handler. It raises the flag that builders poll, waits for the writes under way (which are atomic and short), removes files that
+/// are staged, and ends the process: reading and building leave nothing on disk that would need tidying.
 pub fn install() -> Result<(), Failure> {
     ctrlc::set_handler(|| {
         CANCELLED.store(true, Ordering::SeqCst);
-        let _wait = PUBLISHING.lock().unwrap_or_else(PoisonError::into_inner);
+        let _wait = PUBLISHING.write().unwrap_or_else(PoisonError::into_inner);
+        for path in STAGED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+            // The process ends either way, and whoever writes the same file next removes it as well.
+            _ = std::fs::remove_file(path);
+        }
         std::process::exit(i32::from(Exit::Interrupted.code()));
     })
     .map_err(|e| Failure::new(Exit::Internal, "cannot install the signal handler").fact(e.to_string()))
@@ -26,7 +33,17 @@ pub fn flag() -> &'static AtomicBool {
 }
 
 /// Permission to write an output; refused once a signal has come.
-pub fn publish() -> Result<MutexGuard<'static, ()>, Failure> {
-    let guard = PUBLISHING.lock().unwrap_or_else(PoisonError::into_inner);
+pub fn publish() -> Result<RwLockReadGuard<'static, ()>, Failure> {
+    let guard = PUBLISHING.read().unwrap_or_else(PoisonError::into_inner);
     if CANCELLED.load(Ordering::SeqCst) { Err(Failure::interrupted()) } else { Ok(guard) }
+}
+
+/// Let a signal remove a file that was just written and is not in its place yet. Asked for while there is permission to write.
+pub fn stage(path: &Path) {
+    STAGED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_owned());
+}
+
+/// The file at this path is in its place, or gone.
+pub fn unstage(path: &Path) {
+    STAGED.lock().unwrap_or_else(PoisonError::into_inner).retain(|staged| staged != path);
 }

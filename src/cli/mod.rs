@@ -55,6 +55,18 @@ pub struct Context {
     exec: Executor,
 }
 
+impl Context {
+    /// For one of several pieces of work that are done side by side: its own thread alone, a share of the memory, and no bar.
+    fn share(&self, of: usize) -> Context {
+        let max_memory = self.global.max_memory / of.max(1) as u64;
+        Context {
+            terminal: self.terminal.still(),
+            global: GlobalArgs { max_memory, ..self.global.clone() },
+            exec: Executor::sequential(),
+        }
+    }
+}
+
 /// The clap definition with generated texts filled in.
 pub fn command() -> clap::Command {
     Cli::command()

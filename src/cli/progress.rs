@@ -4,7 +4,7 @@ use super::interrupt;
 use super::terminal::Terminal;
 use crate::build::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 /// The phases of one build, drawn to stderr if that is a terminal; and the ear that a build has for signals.
@@ -50,6 +50,46 @@ impl Bar {
 
 /// Whatever ends the build, the line is the shell's again.
 impl Drop for Bar {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// How many of many files are done, drawn likewise.
+pub struct Files {
+    bar: ProgressBar,
+    done: AtomicUsize,
+    count: usize,
+}
+
+impl Files {
+    /// So many files, which have so many bytes in all.
+    pub fn new(terminal: &Terminal, count: usize, bytes: u64) -> Files {
+        let bar = ProgressBar::hidden();
+        let style = ProgressStyle::with_template("{msg}  [{bar:30}] {bytes} of {total_bytes}, {eta} left")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        bar.set_style(style.progress_chars("=> "));
+        bar.set_length(bytes.max(1));
+        if terminal.wants_progress() {
+            bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+        }
+        Files { bar, done: AtomicUsize::new(0), count }
+    }
+
+    /// One more file is done, of so many bytes.
+    pub fn advance(&self, bytes: u64) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        self.bar.set_message(format!("{done} of {} files", self.count));
+        self.bar.inc(bytes);
+    }
+
+    /// Write to the terminal, where nothing is drawn meanwhile.
+    pub fn aside<R>(&self, write: impl FnOnce() -> R) -> R {
+        self.bar.suspend(write)
+    }
+}
+
+impl Drop for Files {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

@@ -2,6 +2,7 @@
 
 use super::exit::Exit;
 use super::failure::Failure;
+use std::cell::RefCell;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 
 /// When to use colour.
@@ -52,6 +53,16 @@ impl Terminal {
             color_err: allowed(err_tty),
             progress: err_tty && !dumb && !quiet && !json,
         }
+    }
+
+    /// The same, without progress bars.
+    pub fn still(self) -> Terminal {
+        Terminal { progress: false, ..self }
+    }
+
+    /// Say what was held back.
+    pub fn say(&self, lines: &[String]) {
+        lines.iter().for_each(|line| self.stderr(line));
     }
 
     /// Draw a progress bar?
@@ -118,8 +129,32 @@ impl Terminal {
 
     /// Whoever closed stderr does not want to hear that it is closed.
     fn stderr(&self, line: &str) {
+        let is_held = HELD.with_borrow_mut(|held| held.as_mut().map(|held| held.push(line.to_owned())).is_some());
+        if is_held {
+            return;
+        }
         let _ = writeln!(io::stderr().lock(), "{line}");
     }
+}
+
+thread_local! {
+    /// What this thread has to say, where that is held back.
+    static HELD: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
+}
+
+/// Do what is done on this thread alone, and hold back the lines that it has for stderr.
+pub fn holding_back<R>(work: impl FnOnce() -> R) -> (R, Vec<String>) {
+    /// A panic is told as well.
+    struct Release;
+    impl Drop for Release {
+        fn drop(&mut self) {
+            HELD.take();
+        }
+    }
+    HELD.set(Some(Vec::new()));
+    let _release = Release;
+    let done = work();
+    (done, HELD.take().unwrap_or_default())
 }
 
 fn sgr(paint: Paint, text: &str) -> String {

@@ -6,6 +6,7 @@ use super::place;
 use super::renumber::{renumber, retain_numbered};
 use super::source::Source;
 use super::{Degenerate, Mesh, Part, Scene, SceneError};
+use crate::exec::Executor;
 use crate::geom::Affine;
 use std::collections::BTreeMap;
 
@@ -18,7 +19,7 @@ pub(super) fn sanitize(scene: &mut Scene, source: &mut Source) -> Result<(), Sce
     drop_unused_meshes(scene);
     let mut first_bad = None;
     for mesh in &mut scene.meshes {
-        let found = clean(mesh, source.options.degenerate);
+        let found = clean(mesh, source.options.degenerate, source.exec());
         if let (None, Some(first)) = (&first_bad, found.first) {
             first_bad = Some((first, describe(mesh, first)));
         }
@@ -98,27 +99,29 @@ struct Found {
     first: Option<u32>,
 }
 
+/// Triangles that one task looks at.
+const CHUNK: usize = 1 << 14;
+
 /// Drop a mesh's bad triangles and compact its positions if some are used by none.
-fn clean(mesh: &mut Mesh, policy: Degenerate) -> Found {
+fn clean(mesh: &mut Mesh, policy: Degenerate, exec: &Executor) -> Found {
     let mut found = Found::default();
-    let mut referenced = vec![false; mesh.positions.len()];
     let mut dropped = Vec::new();
-    for i in 0..mesh.triangles.len() {
-        mesh.triangles[i].iter().for_each(|&v| referenced[v as usize] = true);
-        let corners = mesh.corners(i);
-        let bad = if !corners.iter().flatten().all(|c| c.is_finite()) {
-            found.non_finite += 1;
-            true
-        } else if is_collinear(corners) {
-            found.degenerate += 1;
-            policy != Degenerate::Keep
-        } else {
-            continue;
+    let bad = exec.map_chunks(&mesh.triangles, CHUNK, |chunk, some| {
+        let fault = |(i, triangle): (usize, &[u32; 3])| {
+            let corners = triangle.map(|v| mesh.positions[v as usize]);
+            let is_finite = corners.iter().flatten().all(|c| c.is_finite());
+            (!is_finite || is_collinear(corners)).then_some(((chunk * CHUNK + i) as u32, is_finite))
         };
-        if bad {
-            dropped.push(i as u32);
+        some.iter().enumerate().filter_map(fault).collect::<Vec<_>>()
+    });
+    for (i, is_finite) in bad.into_iter().flatten() {
+        *(if is_finite { &mut found.degenerate } else { &mut found.non_finite }) += 1;
+        if !is_finite || policy != Degenerate::Keep {
+            dropped.push(i);
         }
     }
+    let mut referenced = vec![false; mesh.positions.len()];
+    mesh.triangles.iter().flatten().for_each(|&v| referenced[v as usize] = true);
     found.first = dropped.first().copied();
     found.unreferenced = referenced.iter().filter(|r| !**r).count() as u64;
     if !dropped.is_empty() {

@@ -68,6 +68,11 @@ impl<'a> Source<'a> {
         SceneError::Memory { path: self.path.to_owned(), what: what.to_owned(), need, limit: self.options.max_memory }
     }
 
+    /// The threads that read.
+    pub fn exec(&self) -> &'a Executor {
+        self.exec
+    }
+
     /// Note that `bytes` more of what was announced are done.
     pub fn advance(&mut self, bytes: u64) {
         self.done = self.done.saturating_add(bytes).min(self.total);

@@ -176,6 +176,44 @@ impl Executor {
         self.alone(|| (a(), b()))
     }
 
+    /// `wait` on a thread of its own while `work` runs on the caller's: for what waits for the disk and computes nothing. The sequential twin
+    /// and a build without the feature `rayon` do one after the other.
+    pub fn beside<A: Send, B>(&self, wait: impl FnOnce() -> A + Send, work: impl FnOnce() -> B) -> (A, B) {
+        #[cfg(feature = "rayon")]
+        if self.is_parallel() {
+            return std::thread::scope(|scope| {
+                let waiting = scope.spawn(wait);
+                let done = work();
+                (waiting.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), done)
+            });
+        }
+        (wait(), work())
+    }
+
+    /// `f(item)` for every item where each mostly waits for the disk, so that many may wait at once, on threads of their own; results in order.
+    pub fn map_waits<T: Send, R: Send>(&self, items: Vec<T>, f: impl Fn(T) -> R + Sync) -> Vec<R> {
+        #[cfg(feature = "rayon")]
+        if self.is_parallel() && items.len() > 1 {
+            /// More gain little: the disk orders what waits for it.
+            const MOST: usize = 16;
+            let each = items.len().div_ceil(MOST);
+            let mut rest = items.into_iter();
+            let shares: Vec<Vec<T>> = std::iter::repeat_with(|| rest.by_ref().take(each).collect::<Vec<T>>())
+                .take_while(|share| !share.is_empty())
+                .collect();
+            return std::thread::scope(|scope| {
+                let f = &f;
+                let start = |share: Vec<T>| scope.spawn(move || share.into_iter().map(f).collect::<Vec<R>>());
+                let started: Vec<_> = shares.into_iter().map(start).collect();
+                let join = |thread: std::thread::ScopedJoinHandle<'_, Vec<R>>| {
+                    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+                };
+                started.into_iter().flat_map(join).collect()
+            });
+        }
+        items.into_iter().map(f).collect()
+    }
+
     /// `f(index, item)` for every item; results in order.
     pub fn map<T: Send, R: Send>(&self, items: Vec<T>, f: impl Fn(usize, T) -> R + Sync) -> Vec<R> {
         #[cfg(feature = "rayon")]
@@ -303,6 +341,21 @@ mod tests {
         assert_eq!(plain.divided(), Duration::ZERO);
         // It is cut up as for several threads.
         assert!(!metered.is_sequential() && plain.is_sequential() && metered.threads() == 1);
+    }
+
+    #[cfg(feature = "rayon")]
+    #[test]
+    fn what_waits_keeps_its_order_and_threads() {
+        for exec in [Executor::sequential(), Executor::new(2).unwrap()] {
+            for count in [0, 1, 2, 15, 16, 17, 100] {
+                let items: Vec<usize> = (0..count).collect();
+                assert_eq!(exec.map_waits(items.clone(), |item| item), items);
+            }
+            assert_eq!(exec.beside(|| 1, || 2), (1, 2));
+        }
+        // All wait at once, or none would get past the barrier.
+        let barrier = std::sync::Barrier::new(16);
+        Executor::new(2).unwrap().map_waits(vec![(); 16], |()| _ = barrier.wait());
     }
 
     #[test]

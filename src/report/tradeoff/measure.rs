@@ -88,7 +88,7 @@ impl<'a> Contest<'a> {
             match self.build(&recipe.options, deadline) {
                 Ok((seconds, accel)) => {
                     let choice = chosen(&accel.notes);
-                    self.judge(recipe.clone(), seconds, &accel)?;
+                    self.judge(recipe.clone(), seconds, accel)?;
                     if let Some(options) = choice {
                         self.choose(&recipe, options, spell);
                     }
@@ -175,7 +175,8 @@ impl<'a> Contest<'a> {
         Ok((start.elapsed().as_secs_f64(), accel))
     }
 
-    fn judge(&mut self, recipe: Recipe, seconds: f64, accel: &Accel) -> Result<(), CacheError> {
+    fn judge(&mut self, recipe: Recipe, seconds: f64, mut accel: Accel) -> Result<(), CacheError> {
+        let notes = std::mem::take(&mut accel.notes);
         let image = Image::of_compiled(accel, self.exec)?;
         let view = image.view();
         let file = FileReport::of_view(String::new(), 0, &view);
@@ -191,7 +192,7 @@ impl<'a> Contest<'a> {
             references: file.blas.refs,
             depth: file.blas.max_depth,
             sah: file.blas.sah,
-            notes: accel.notes.clone(),
+            notes,
         };
         if self.kept.is_none() || recipe.builds_as(&BuildOptions::default()) {
             self.kept = Some((recipe.name.clone(), image));
@@ -216,7 +217,7 @@ impl<'a> Contest<'a> {
         self.watch.step(&recipe.name, 1, self.measured.len() as u64, self.recipes.len() as u64 + 1);
         match self.build(&recipe.options, deadline) {
             // A fault of records would have shown in the trees of the search.
-            Ok((seconds, accel)) => _ = self.judge(recipe, seconds, &accel),
+            Ok((seconds, accel)) => _ = self.judge(recipe, seconds, accel),
             Err(error) => self.leave_out(recipe, &error),
         }
     }

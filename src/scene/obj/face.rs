@@ -4,8 +4,8 @@ use super::corners::Gap;
 use super::words::{Words, parse_digits};
 
 /// What is held for each face (`tobj`'s enum) and for each corner (its three indices, the model's index, our triangle).
-const BYTES_PER_FACE: u64 = 112;
-const BYTES_PER_CORNER: u64 = 48;
+pub(super) const BYTES_PER_FACE: u64 = 112;
+pub(super) const BYTES_PER_CORNER: u64 = 48;
 
 /// The faces so far.
 #[derive(Debug)]

@@ -49,6 +49,11 @@ pub(super) fn is_known(keyword: &[u8]) -> bool {
     keyword.is_empty() || keyword.starts_with(b"#") || KEYWORDS.contains(&keyword) || OTHERS.contains(&keyword)
 }
 
+/// Whether a statement holds what is drawn and is no triangle: lines, points, curves and surfaces.
+pub(super) fn holds_no_triangle(keyword: &[u8]) -> bool {
+    matches!(keyword, b"l" | b"p" | b"curv" | b"curv2" | b"surf" | b"bsp" | b"bzp" | b"cdc" | b"cdp")
+}
+
 /// Whether a statement's text runs to the end of its line: a backslash there is part of a name.
 pub(super) fn is_name_statement(line: &[u8]) -> bool {
     line.starts_with(b"#") || matches!(split_word(line).0, b"o" | b"g" | b"usemtl" | b"mtllib")

@@ -1,7 +1,8 @@
 //! Wavefront OBJ: positions and faces by `tobj`, polygons cut here.
 //!
 //! ```text
-//! bytes ─ statements: checked, counted, reduced to v and f ─▶ tobj ─▶ models ─ polygon: triangles ─▶ one Mesh
+//! bytes ─ ranges: everyday statements, side by side, coordinates by tobj ──────────────┐
+//!   └─ any other text ─ statements: checked, counted, reduced to v and f ─▶ tobj ─▶ models ─ joined, polygon: triangles ─▶ one Mesh
 //! ```
 //!
 //! The whole file is one mesh; every run of faces of one object, one group and one material is one part, in the file's order. Normals,
@@ -20,6 +21,7 @@
 
 mod corners;
 mod face;
+mod joined;
 mod keyword;
 mod lines;
 mod names;
@@ -27,6 +29,7 @@ mod parts;
 mod plain;
 mod polygon;
 mod position;
+mod ranges;
 mod statements;
 mod words;
 
@@ -35,15 +38,19 @@ use super::options::without_padding;
 use super::pose::split_all;
 use super::precision::{self, Loss};
 use super::source::Source;
-use super::{Instance, Mesh, Part, ReadReport, Rounding, Scene, SceneError};
+use super::{Instance, ReadReport, Rounding, Scene, SceneError};
 use crate::geom::{Affine, Point};
-use corners::Corners;
+use corners::{Corners, Gap};
+use joined::Joined;
 use lines::line_of;
-use parts::PartName;
-use polygon::Triangulator;
-use statements::Statements;
+use statements::{Counts, Statements};
 
 pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneError> {
+    parse_in(bytes, Some(ranges::RANGE), source)
+}
+
+/// [`parse`] in ranges of about so many bytes where the text allows; `None`: statement by statement.
+fn parse_in(bytes: Vec<u8>, range: Option<usize>, source: &mut Source) -> Result<Scene, SceneError> {
     let text = without_padding(&bytes);
     // Most texts have none, and `contains` is many times faster than a search for its place.
     if text.contains(&0) {
@@ -51,63 +58,35 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
         let reason = "it has a NUL byte, so it is binary data or damaged, and an OBJ model is text";
         return Err(SceneError::malformed_line(source.path, line, reason));
     }
-    let mut statements = Statements::new(text, source);
-    let loaded =
-        tobj::load_obj_buf(&mut statements, &tobj::LoadOptions::default(), |_| Ok((Vec::new(), Default::default())));
-    let (counts, gaps) = statements.finish(loaded.as_ref().err())?;
-    let models = loaded.map_err(|e| SceneError::malformed(source.path, e.to_string()))?.0;
-    drop(bytes);
-
-    // Join the models. tobj numbers each model's positions anew, so a position that two models share is stored twice.
-    let mut mesh =
-        Mesh { name: source.path.file_stem().unwrap_or_default().to_string_lossy().into(), ..Mesh::default() };
-    let mut positions: Vec<[f64; 3]> = Vec::new();
-    let mut cut = Triangulator::new();
-    let mut corners = source.options.vertices.then(|| Corners::new(gaps));
-    let mut faces = source.options.faces.then(blake3::Hasher::new);
-    let mut any_polygon = false;
-    for tobj::Model { mesh: model, name } in models {
-        let count = positions.len() as u64 + model.positions.len() as u64 / 3;
-        if count > u64::from(u32::MAX) {
-            let what = format!("its parts have {count} positions in all, shared ones counted for each");
-            return Err(SceneError::TooMany { path: source.path.to_owned(), line: None, what, limit: u32::MAX.into() });
-        }
-        let base = positions.len() as u32;
-        positions.extend(model.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]));
-        let first_triangle = mesh.triangles.len() as u32;
-        add_faces(&model, base, &positions, &mut mesh, corners.as_mut(), &mut cut);
-        if let Some(faces) = &mut faces {
-            any_polygon |= !model.face_arities.is_empty();
-            faces.update(&base.to_le_bytes());
-            for words in [&model.face_arities, &model.indices] {
-                faces.update(&(words.len() as u64).to_le_bytes()).update(bytemuck::cast_slice(words));
-            }
-        }
-        let triangle_count = mesh.triangles.len() as u32 - first_triangle;
-        if triangle_count > 0 {
-            let PartName { name, material } = counts.part_name(&name);
-            mesh.parts.push(Part {
-                name,
-                material,
-                source_mesh: 0,
-                source_part: mesh.parts.len() as u32,
-                baked_node: None,
-                mirrored: false,
-                first_triangle,
-                triangle_count,
-                first_prim: first_triangle,
-                prim_count: triangle_count,
-            });
-        }
-    }
-
-    mesh.faces = faces.filter(|_| any_polygon).map(|faces| *faces.finalize().as_bytes());
     let mut scene = Scene::default();
-    scene.report.skipped_primitives = counts.skipped;
-    scene.report.short_faces = counts.short_faces;
-    scene.report.unreferenced_positions = counts.unreferenced;
-    scene.report.unknown_statements = counts.unknown;
-    scene.report.first_unknown_statement = counts.first_unknown.clone();
+    let name = source.path.file_stem().unwrap_or_default().to_string_lossy();
+    let joined = |gaps, source: &Source| {
+        Joined::new(name.into(), source.options.vertices.then(|| Corners::new(gaps)), source.options.faces)
+    };
+    let everyday = range.and_then(|range| ranges::read(text, range, source));
+    let (mut mesh, mut positions) = match everyday {
+        Some(everyday) => {
+            drop(bytes);
+            scene.report.skipped_primitives = everyday.skipped;
+            let mut joined = joined(Vec::new(), source);
+            scene.report.unreferenced_positions = joined.add_everyday(everyday);
+            joined.finish()
+        }
+        None => {
+            let (counts, gaps, models) = one_by_one(text, source)?;
+            drop(bytes);
+            scene.report.skipped_primitives = counts.skipped;
+            scene.report.short_faces = counts.short_faces;
+            scene.report.unreferenced_positions = counts.unreferenced;
+            scene.report.unknown_statements = counts.unknown;
+            scene.report.first_unknown_statement.clone_from(&counts.first_unknown);
+            let mut joined = joined(gaps, source);
+            for tobj::Model { mesh: model, name } in models {
+                joined.add_model(&model, counts.part_name(&name), source.path)?;
+            }
+            joined.finish()
+        }
+    };
     if !mesh.triangles.is_empty() {
         let (origin, rounding) = origin_for(&positions, &mesh.triangles);
         count_beyond_range(&mesh.triangles, &positions, origin, &mut scene.report);
@@ -125,6 +104,17 @@ pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneE
         scene.instances.push(Instance { mesh: 0, transform: Affine::translation(origin), node, name: String::new() });
     }
     Ok(scene)
+}
+
+/// Read statement by statement: what is wrong is told with its line.
+fn one_by_one(text: &[u8], source: &mut Source) -> Result<(Counts, Vec<Gap>, Vec<tobj::Model>), SceneError> {
+    let path = source.path;
+    let mut statements = Statements::new(text, source);
+    let loaded =
+        tobj::load_obj_buf(&mut statements, &tobj::LoadOptions::default(), |_| Ok((Vec::new(), Default::default())));
+    let (counts, gaps) = statements.finish(loaded.as_ref().err())?;
+    let models = loaded.map_err(|e| SceneError::malformed(path, e.to_string()))?.0;
+    Ok((counts, gaps, models))
 }
 
 /// Where to measure the positions from, and what is lost all the same. It is the file's own origin, unless `f32` cannot hold the shape from
@@ -154,41 +144,6 @@ fn origin_for(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ([f64; 3], Roun
 /// A position as an `f32` measured from `origin`.
 fn stored(p: [f64; 3], origin: [f64; 3]) -> Point {
     [0, 1, 2].map(|a| (p[a] - origin[a]) as f32)
-}
-
-/// Append one model's faces, whose positions start at `base`, and with `numbers` the corners of each triangle.
-fn add_faces(
-    model: &tobj::Mesh,
-    base: u32,
-    positions: &[[f64; 3]],
-    mesh: &mut Mesh,
-    mut numbers: Option<&mut Corners>,
-    cut: &mut Triangulator,
-) {
-    if model.face_arities.is_empty() {
-        mesh.triangles.extend(model.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|v| v + base)));
-        if let Some(numbers) = numbers {
-            let first = model.indices.chunks_exact(3).map(|_| numbers.take(3));
-            mesh.vertices.extend(first.map(|first| [first, first + 1, first + 2]));
-        }
-        return;
-    }
-    let mut rest = model.indices.as_slice();
-    let mut corners = Vec::new();
-    for &arity in &model.face_arities {
-        let (face, tail) = rest.split_at(arity as usize);
-        rest = tail;
-        corners.clear();
-        corners.extend(face.iter().map(|v| v + base));
-        let before = mesh.triangles.len();
-        cut.add(&corners, positions, &mut mesh.triangles);
-        let cut_now = &mut mesh.triangles[before..];
-        if let Some(numbers) = &mut numbers {
-            let first = numbers.take(arity);
-            mesh.vertices.extend(cut_now.iter().map(|t| t.map(|corner| first + corner)));
-        }
-        cut_now.iter_mut().flatten().for_each(|v| *v = corners[*v as usize]);
-    }
 }
 
 /// Count the triangles whose corners are all numbers, but not all such as `f32` can hold about the origin; and the largest coordinate there.

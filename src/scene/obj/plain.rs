@@ -31,14 +31,20 @@ pub(super) fn copy_position(text: &[u8], out: &mut Vec<u8>) -> Option<usize> {
 /// number of corners.
 pub(super) fn copy_face(text: &[u8], positions: &mut Positions, out: &mut Vec<u8>) -> Option<(usize, u64)> {
     let before = out.len();
-    let copied = copy_corners(text, positions, out);
+    let copied = go_over_face(text, |vertex| positions.mark(vertex), |text| out.extend_from_slice(text));
     if copied.is_none() {
         out.truncate(before);
     }
     copied
 }
 
-fn copy_corners(text: &[u8], positions: &mut Positions, out: &mut Vec<u8>) -> Option<(usize, u64)> {
+/// Hand the vertices of `f a b c …` to `take`, which refuses one by `false`. The length of the line with its end, and the number of corners.
+pub(super) fn read_face(text: &[u8], take: impl FnMut(u64) -> bool) -> Option<(usize, u64)> {
+    go_over_face(text, take, |_| ())
+}
+
+/// `copy` gets the text without the numbers behind slashes, piece by piece.
+fn go_over_face(text: &[u8], mut take: impl FnMut(u64) -> bool, mut copy: impl FnMut(&[u8])) -> Option<(usize, u64)> {
     let (mut at, mut copied, mut corners) = (1, 0, 0);
     loop {
         match text.get(at)? {
@@ -60,12 +66,12 @@ fn copy_corners(text: &[u8], positions: &mut Positions, out: &mut Vec<u8>) -> Op
             at += 1;
         }
         // Longer numbers may not have fitted.
-        if at - first > 10 || !positions.mark(vertex) {
+        if at - first > 10 || !take(vertex) {
             return None;
         }
         corners += 1;
         if text.get(at) == Some(&b'/') {
-            out.extend_from_slice(&text[copied..at]);
+            copy(&text[copied..at]);
             while !matches!(text.get(at)?, b' ' | b'\t' | b'\n' | b'\r') {
                 // A backslash may go on in the next line, and old spaces end words as well.
                 if matches!(text[at], b'\\' | b'\x0b' | b'\x0c') {
@@ -79,7 +85,7 @@ fn copy_corners(text: &[u8], positions: &mut Positions, out: &mut Vec<u8>) -> Op
     if corners < 3 {
         return None;
     }
-    out.extend_from_slice(&text[copied..=at]);
+    copy(&text[copied..=at]);
     Some((at + 1, corners))
 }
 

@@ -11,7 +11,7 @@ pub(super) const MAX_CORNERS: usize = 1 << 14;
 /// Faces of more corners than this are large: they share one allowance, the sum of their corners' squares. It lets a file
 /// have 65,000 faces of a thousand corners or 256 of the most, which take some three minutes at worst; without it a file
 /// of 100 MiB could take half an hour.
-const LARGE: u64 = 1 << 10;
+pub(super) const LARGE: u64 = 1 << 10;
 const MAX_LARGE_WORK: u64 = 1 << 36;
 
 /// How much cutting the large faces of a file takes.

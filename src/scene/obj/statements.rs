@@ -1,6 +1,6 @@
 use super::corners::Gap;
 use super::face::{Faces, read_corners, write_face};
-use super::keyword::{Evidence, is_known, is_name_statement};
+use super::keyword::{Evidence, holds_no_triangle, is_known, is_name_statement};
 use super::lines::{Lines, line_end};
 use super::parts::{PartName, Parts};
 use super::plain;
@@ -219,7 +219,7 @@ impl<'a, 's> Statements<'a, 's> {
             }
             // `fo` is an old name for the same thing, which `tobj` does not know.
             b"f" | b"fo" => self.face(arguments)?,
-            b"l" | b"p" | b"curv" | b"curv2" | b"surf" | b"bsp" | b"bzp" | b"cdc" | b"cdp" => self.skipped += 1,
+            _ if holds_no_triangle(keyword) => self.skipped += 1,
             _ if is_known(keyword) => {}
             _ => self.note_unknown(keyword),
         }

@@ -4,6 +4,7 @@ mod lines;
 mod names;
 mod plain;
 mod polygons;
+mod ranges;
 
 use crate::scene::{Degenerate, ErrorKind, Format, ReadOptions, Scene, SceneError, read_bytes};
 

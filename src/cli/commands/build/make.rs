@@ -8,7 +8,7 @@ use super::remarks::{Remarks, empty_frames, with_warnings};
 use super::{BuildArgs, Empty};
 use crate::build::BuildOptions;
 use crate::cache::keys::Recipe;
-use crate::cache::{self, Codec, Image, Meta, WriteOptions};
+use crate::cache::{self, Codec, Image, Meta, Staged, Strays, WriteOptions};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -22,6 +22,7 @@ use crate::compile::{self, LaidOut};
 use crate::exec::Executor;
 use crate::scene::{self, InputFile, Posed, ReadOptions, Scene};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Everything that is the same for all jobs of a run.
@@ -32,12 +33,16 @@ pub struct Workshop<'a> {
     pub read: ReadOptions,
     pub codec: Codec,
     pub recipe: Recipe,
+    /// Temporary files of earlier runs.
+    pub strays: Arc<Strays>,
 }
 
 /// A finished build.
 pub struct Made {
     pub built: Built,
     pub build_key: [u8; 32],
+    /// Of a still file, which is not in its place yet.
+    pub file_id: Option<[u8; 32]>,
     pub inputs: Vec<PathBuf>,
 }
 
@@ -51,7 +56,14 @@ struct Prepared {
     read_time: Duration,
 }
 
-impl Workshop<'_> {
+impl<'a> Workshop<'a> {
+    /// The same work with other threads and another limit.
+    pub fn with(&self, context: &'a Context) -> Workshop<'a> {
+        let read = ReadOptions { max_memory: context.global.max_memory, ..self.read.clone() };
+        let (build, recipe, strays) = (self.build.clone(), self.recipe.clone(), self.strays.clone());
+        Workshop { args: self.args, context, build, read, codec: self.codec, recipe, strays }
+    }
+
     /// Read, and say all that a build would say before it builds.
     pub fn rehearse(&self, job: &Job) -> Result<Model, Failure> {
         let bar = Bar::new(&self.context.terminal, &names::path(&job.output));
@@ -100,18 +112,17 @@ impl Workshop<'_> {
         Ok(Prepared { laid, primitives, inputs, arrival, read_time })
     }
 
-    /// Read, build, write. Nothing is written before everything else has succeeded.
-    pub fn make(&self, job: &Job) -> Result<Made, Failure> {
+    /// Read, build, write beside the output's place. Nothing is written before everything else has succeeded.
+    pub fn make(&self, job: &Job) -> Result<(Made, Option<Staged>), Failure> {
         let start = Instant::now();
         let bar = Bar::new(&self.context.terminal, &names::path(&job.output));
         let Prepared { laid, primitives, inputs, arrival, read_time } = self.prepare(job, &bar)?;
         bar.phase("building", primitives);
         let mut accel = compile::compile_laid_out(laid, &self.build, &self.context.exec, &bar)
             .map_err(|e| caches::build_failure(&e))?;
-        let mut image = Image::of_compiled(&accel, &self.context.exec).map_err(|e| caches::failure(&e))?;
         let posed = arrival.posed.iter().map(ToString::to_string).collect();
         let notes = [posed, std::mem::take(&mut accel.notes)].concat();
-        drop(accel);
+        let mut image = Image::of_compiled(accel, &self.context.exec).map_err(|e| caches::failure(&e))?;
         if NodeForm::any_compact(&self.args.nodes) {
             image.add_compact().map_err(|e| caches::failure(&e))?;
         }
@@ -127,18 +138,19 @@ impl Workshop<'_> {
             outputs::may_replace(&job.output)?;
         }
         let options = WriteOptions::of_build(self.codec);
-        let written = cache::write_file(&job.output, &image, &meta, &options, &self.context.exec)
-            .map_err(|e| caches::failure(&e))?;
+        let (written, staged) =
+            cache::stage_file(&job.output, &image, &meta, &options, &self.strays, &self.context.exec)
+                .map_err(|e| caches::failure(&e))?;
+        staged.temporary().into_iter().for_each(interrupt::stage);
         drop(publishing);
-        if !self.args.no_check {
-            self.check(job, written.header.file_id)?;
-        }
         let times = Times::new(read_time, build_time, start.elapsed());
-        Ok(Made {
+        let made = Made {
             built: Built::new(&image, &written, arrival, times),
             build_key: written.header.build_key,
+            file_id: Some(written.header.file_id),
             inputs: inputs.into_iter().map(|i| i.path).filter(|_| job.bytes.is_none()).collect(),
-        })
+        };
+        Ok((made, Some(staged)))
     }
 
     /// What was told when an output was built holds as long as it is up to date: where warnings are errors, a still model is read once more, and of a

@@ -1,19 +1,21 @@
 //! `bvhc build`: models in, cache files out.
 //!
-//! `options` are the flags that change the output, `inputs` what the arguments name, `frames` what patterns of frames stand for, `plan` decides what has to be done and why, `make` does it for one output,
+//! `options` are the flags that change the output, `inputs` what the arguments name, `frames` what patterns of frames stand for, `plan` decides what has to be done and why, `make` does it for one output, `publish` puts outputs in their places, `many` does it all for many outputs,
 //! `outcome` says what was done, `remarks` what did not arrive whole, and `sequence` makes one file of many frames.
 
 mod frames;
 mod inputs;
 mod make;
+mod many;
 pub mod options;
 mod outcome;
 mod plan;
+mod publish;
 mod remarks;
 mod sequence;
 
-use crate::cache::Codec;
 use crate::cache::keys::Recipe;
+use crate::cache::{Codec, Staged};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::depfile;
@@ -27,13 +29,15 @@ use crate::scene::ReadOptions;
 use clap::{Args, ValueEnum};
 use frames::FrameArgs;
 pub use frames::clip_of;
-use make::Workshop;
+use make::{Made, Workshop};
 use outcome::{ErrorObject, Outcome, Status};
 pub use plan::same_file;
 use plan::{Job, Verdict};
+use publish::{SyncMode, put_all};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::sync::Arc;
+use std::time::{Instant, SystemTime};
 
 /// Compile models into cache files
 ///
@@ -73,6 +77,9 @@ pub struct BuildArgs {
     /// raw sequence (level usually 9) and zstd in a still file. A file does not say its level, so another level alone builds nothing: use --force or `bvhc convert`
     #[arg(long, value_name = "raw|zstd[:LEVEL]|compact[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
     pub codec: Codec,
+    /// When outputs are put in their places, and what a power cut may do to them; a sequence always waits for the disk
+    #[arg(long, value_enum, value_name = "WHEN", default_value = "each")]
+    pub sync: SyncMode,
     /// In which forms the trees are stored: binary always, and with compact8 also with eight children a node, in about ten more bytes a
     /// triangle, by which rays are traced faster, with the same hits. Not for sequences
     #[arg(long, value_name = "FORM,…", value_enum, value_delimiter = ',', default_value = "binary")]
@@ -132,12 +139,10 @@ pub fn run(args: &BuildArgs, context: &Context) -> Result<Exit, Failure> {
     if let Some(note) = args.tree.search_given_up(&workshop.build) {
         context.terminal.note(&note);
     }
-    let (mut outcomes, mut exits) = (Vec::new(), Vec::new());
-    for job in &jobs {
-        let (outcome, exit) = attend(job, &workshop)?;
-        outcomes.push(outcome);
-        exits.push(exit);
-    }
+    let (outcomes, exits): (Vec<Outcome>, Vec<Exit>) = match &jobs[..] {
+        [job] => std::iter::once(attend(job, &workshop)?).unzip(),
+        _ => many::attend_all(&jobs, &workshop)?.into_iter().unzip(),
+    };
 
     // A dry run has failed only where it could not find out; having something to do is an answer.
     let mut exit = Exit::combine(exits);
@@ -161,14 +166,32 @@ fn workshop<'a>(args: &'a BuildArgs, context: &'a Context) -> Result<Workshop<'a
     let mut recipe =
         Recipe { method: method.to_string(), builder_revision: build.revision(), options: build.effective() };
     recipe.options.extend(read.effective());
-    Ok(Workshop { args, context, build, read, codec: args.codec, recipe })
+    Ok(Workshop { args, context, build, read, codec: args.codec, recipe, strays: Arc::default() })
 }
 
-/// Do one job and report it at once. A failure is reported and counted, so that the other jobs go on; only the end of the
-/// whole run (a signal, a closed stdout) comes back as an error.
+/// Do one job and report it at once.
 fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
+    let settled = settle(job, workshop).and_then(|mut settled| {
+        if let Settled::Written(written) = &mut settled {
+            let start = Instant::now();
+            let staged = written.staged.take().into_iter().collect();
+            put_all(staged, workshop.args.sync, &workshop.context.exec).into_iter().collect::<Result<(), _>>()?;
+            written.made.built.times.wait(start.elapsed());
+        }
+        finish(job, settled, workshop)
+    });
+    report(job, settled, workshop)
+}
+
+/// A failure is reported and counted, so that the other jobs go on; only the end of the whole run (a signal, a closed stdout) comes back as an
+/// error.
+fn report(
+    job: &Job,
+    settled: Result<(Outcome, String), Failure>,
+    workshop: &Workshop,
+) -> Result<(Outcome, Exit), Failure> {
     let terminal = &workshop.context.terminal;
-    match settle(job, workshop) {
+    match settled {
         Ok((outcome, line)) => {
             if !terminal.json && !terminal.quiet {
                 terminal.result(&line)?;
@@ -194,8 +217,23 @@ fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
     }
 }
 
-/// Do one job; the line says what was done.
-fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> {
+/// A job as far as it goes without others.
+enum Settled {
+    /// With the line that says what was done.
+    Done(Box<Outcome>, String),
+    Written(Box<Written>),
+}
+
+/// An output that is written, and not in its place yet.
+struct Written {
+    made: Made,
+    staged: Option<Staged>,
+    /// Why it was built.
+    reason: String,
+}
+
+/// Do one job, but for putting its output in place.
+fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
     let (args, context) = (workshop.args, workshop.context);
     inputs::readable(job)?;
     outputs::is_no_pipe(&job.output)?;
@@ -227,7 +265,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
             let build_key = hex(&build_key);
             let line = format!("{name}  up to date (key {})", &build_key[..8]);
             let outcome = Outcome { build_key: Some(build_key), ..Outcome::new(job, Status::UpToDate) };
-            return Ok((outcome, line));
+            return Ok(Settled::Done(Box::new(outcome), line));
         }
         Verdict::UpToDate { .. } => "forced".to_string(),
         Verdict::Stale(reason) => reason,
@@ -246,7 +284,8 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
             Some(frames) => workshop.rehearse_sequence(job, frames).map(|()| None)?,
             None => Some(workshop.rehearse(job)?),
         };
-        return Ok((Outcome { reason: Some(reason), model, ..Outcome::new(job, Status::WouldBuild) }, line));
+        let outcome = Outcome { reason: Some(reason), model, ..Outcome::new(job, Status::WouldBuild) };
+        return Ok(Settled::Done(Box::new(outcome), line));
     }
 
     // Build it, and make the folder first where -o names one.
@@ -257,10 +296,23 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<(Outcome, String), Failure> 
         std::fs::create_dir_all(folder).map_err(|e| io_failure("create", folder, &e))?;
     }
     outputs::writable(&job.output)?;
-    let made = match &job.frames {
-        Some(frames) => workshop.make_sequence(job, frames)?,
+    let (made, staged) = match &job.frames {
+        Some(frames) => (workshop.make_sequence(job, frames)?, None),
         None => workshop.make(job)?,
     };
+    Ok(Settled::Written(Box::new(Written { made, staged, reason })))
+}
+
+/// What is left once the output is in its place; the line says what was done.
+fn finish(job: &Job, settled: Settled, workshop: &Workshop) -> Result<(Outcome, String), Failure> {
+    let (made, reason) = match settled {
+        Settled::Done(outcome, line) => return Ok((*outcome, line)),
+        Settled::Written(written) => (written.made, written.reason),
+    };
+    let (args, context) = (workshop.args, workshop.context);
+    if let Some(file_id) = made.file_id.filter(|_| !args.no_check) {
+        workshop.check(job, file_id)?;
+    }
     write_depfile(job, args, &made.inputs, &context.terminal)?;
     context.terminal.detail(&made.built.detail(job));
     let line = made.built.line(job);

@@ -137,7 +137,7 @@ pub struct Model {
 pub struct Times {
     pub read_ms: f64,
     pub build_ms: f64,
-    /// Hashing the inputs again, writing, syncing, renaming and the check of the result.
+    /// Hashing the inputs again and writing; of an only output also syncing and renaming, which several wait for together.
     pub write_ms: f64,
     pub total_ms: f64,
 }
@@ -151,6 +151,15 @@ impl Times {
             build_ms: millis(build),
             write_ms: millis(total.saturating_sub(read + build)),
             total_ms: millis(total),
+        }
+    }
+}
+
+impl Times {
+    /// Add the time until the output was in its place.
+    pub fn wait(&mut self, time: Duration) {
+        for part in [&mut self.write_ms, &mut self.total_ms] {
+            *part = ((*part + time.as_secs_f64() * 1e3) * 1e2).round() / 1e2;
         }
     }
 }

@@ -18,8 +18,8 @@ fn reading(text: &str) -> String {
     }
 }
 
-#[test]
-fn plain_lines_are_read_as_all_others() {
+/// Texts of a triangle and a dozen statements at random, with odd words in them.
+pub(super) fn texts(count: usize) -> Vec<String> {
     let mut state = 1u64;
     let mut next = |n: usize| {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -64,8 +64,8 @@ fn plain_lines_are_read_as_all_others() {
         "vn 0 0 1", "vt 0 0", "vn", "# c\\", "#", "o a", "g b", "g", "usemtl m", "l 1 2", "s off", "fo 1 2 3", "p 1",
         "",
     ];
-    let (mut read, mut refused) = (0, 0);
-    for _ in 0..4000 {
+    let mut texts = Vec::new();
+    for _ in 0..count {
         // Odd words are rare in one half of the files, so that some of these can be read, and frequent in the other.
         let oddity = [40, 3][next(2)];
         let mut pick = |words: &[&'static str], plain: usize| match next(oddity) {
@@ -88,6 +88,15 @@ fn plain_lines_are_read_as_all_others() {
             }
             text += pick(&ENDS, 5);
         }
+        texts.push(text);
+    }
+    texts
+}
+
+#[test]
+fn plain_lines_are_read_as_all_others() {
+    let (mut read, mut refused) = (0, 0);
+    for text in texts(4000) {
         let found = reading(&text);
         assert_eq!(found, reading(&indented(&text)), "{text:?}");
         *(if found.starts_with("cannot read") { &mut refused } else { &mut read }) += 1;

@@ -207,7 +207,7 @@ impl Workshop<'_> {
     ) -> Made {
         let built = Built::of_sequence(sequence, written, arrival, times);
         let inputs = inputs.into_iter().map(|input| input.path).collect();
-        Made { built, build_key: written.header.build_key, inputs }
+        Made { built, build_key: written.header.build_key, file_id: None, inputs }
     }
 
     /// How many trees are made for all frames together, if any are.
