@@ -19,6 +19,7 @@ mod frames;
 mod inputs;
 mod inspect;
 mod interrupt;
+mod manners;
 mod nodes;
 mod outputs;
 mod precision;
