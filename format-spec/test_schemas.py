@@ -72,7 +72,7 @@ def documents(tool, scratch):
     (scratch / "odd.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nF 1 2 3\n", encoding="utf-8")
     (scratch / "moves.gltf").write_text(json.dumps(moving()), encoding="utf-8")
     yield from run("build", "odd.obj", "moves.gltf", "-n", "-o", "odd/")
-    yield from run("build", "odd.obj", "-o", "odd.bvhc")
+    yield from run("build", "odd.obj", "-o", "odd.bvhc", errors=True)
     yield from run("build", "moves.gltf", "-o", "moves.bvhc", "--clip", "Rise", "--time", "1.5")
     yield from run("build", "moves.gltf", "-o", "clip.bvhc", "--clip", "Rise", "--fps", "2")
     yield from run("stats", "clip.bvhc", "--frames")
@@ -110,6 +110,9 @@ def documents(tool, scratch):
     yield from run("view", files[0], "--tree", "--depth", "2")
     yield from run("view", files[1], "--tree")
     yield from run("check", *files, *sorted((VECTORS / "invalid").glob("*.bvhc")))
+    for command in (["info"], ["check"], ["stats"], ["verify", "--device", "cpu", "--rays", "500"], ["verify", "--accuracy", "--rays", "200"]):
+        yield from run(*command, "odd.bvhc", "gone.bvhc", errors=True)
+    yield from run("stats", "clip.bvhc", "gone.bvhc", "--frames", "--rays", "0", errors=True)
     yield from run("explain", "--list")
     yield from run("explain", "E0402")
     on_cpu = ["--device", "cpu"]

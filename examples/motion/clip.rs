@@ -46,7 +46,7 @@ impl Clip {
     /// What a ray costs on average in a tree that is refitted to a frame.
     pub fn ray_cost(&self, frame: usize, tree: &Tree, rays: &ProbeRays, exec: &Executor) -> f64 {
         let (mesh, mut fitted) = (&self.meshes[frame], tree.clone());
-        refit(&mut fitted.nodes, |slot| mesh.corners(tree.refs[slot] as usize))?;
+        refit(&mut fitted.nodes, |slot| mesh.corners(tree.refs[slot] as usize)).expect("a tree that was built");
         self.ray_cost_as_built(frame, &fitted, rays, exec)
     }
 

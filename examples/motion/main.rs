@@ -134,7 +134,8 @@ fn measure(clip: &Clip, rays: usize, exec: &Executor) -> Result<()> {
             let cost = |way: &Way| {
                 let tree = &way.trees[way.serves[frame]];
                 let mut nodes = tree.nodes.clone();
-                refit(&mut nodes, |slot| motion.corners(frame, tree.refs[slot] as usize))?;
+                refit(&mut nodes, |slot| motion.corners(frame, tree.refs[slot] as usize))
+                    .expect("a tree that was built");
                 let sah = f64::from(bvhc::tree::quality::sah(&nodes));
                 let ray = probes.as_ref().map_or(0.0, |probes| clip.ray_cost(frame, tree, probes, exec));
                 [sah, ray]

@@ -126,16 +126,14 @@ pub fn names_a_recipe(note: &str) -> bool {
 pub fn for_device(error: &DeviceError) -> Option<&'static str> {
     Some(match error {
         DeviceError::NoLibrary { .. } => {
-            "install an ICD loader and a driver (Debian: apt install ocl-icd-libopencl1 pocl-opencl-icd), or pass --device cpu"
+            "install an ICD loader and a driver (Debian: apt install ocl-icd-libopencl1 pocl-opencl-icd)"
         }
-        DeviceError::NoDevice { .. } => "install a driver (Debian: apt install pocl-opencl-icd), or pass --device cpu",
+        DeviceError::NoDevice { .. } => "install a driver (Debian: apt install pocl-opencl-icd)",
         DeviceError::NoSuchDevice { .. } => "bvhc verify --list-devices",
-        DeviceError::Unusable { .. } => "bvhc verify --list-devices, then --device with another, or --device cpu",
-        DeviceError::OutOfMemory { .. } | DeviceError::TooMany { .. } => {
-            "pass --device cpu, or build the file with fewer references (bvhc build --method binned)"
-        }
+        DeviceError::Unusable { .. } => "choose another one from: bvhc verify --list-devices",
+        DeviceError::OutOfMemory { .. } | DeviceError::TooMany { .. } => "pass --device cpu",
         DeviceError::Build { .. } => "update the driver and report this log, or pass --device cpu",
-        DeviceError::Runtime { .. } => "try again, update the driver, or pass --device cpu",
+        DeviceError::Runtime { .. } => "update the driver, or pass --device cpu",
         DeviceError::Malformed { .. } => "bvhc check FILE",
     })
 }

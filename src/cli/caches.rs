@@ -1,7 +1,7 @@
 //! Cache files as inputs of a command, and the library's errors as failures.
 
 use super::exit::Exit;
-use super::failure::Failure;
+use super::failure::{Entry, Failure};
 use super::figures;
 use super::names;
 use super::{Context, advice};
@@ -81,21 +81,22 @@ pub fn each<T>(
     paths: &[PathBuf],
     context: &Context,
     mut work: impl FnMut(&Path) -> Result<T, Failure>,
-) -> (Vec<T>, Exit) {
-    let (mut results, mut exits) = (Vec::new(), Vec::new());
+) -> (Vec<Entry<T>>, Exit) {
+    let (mut entries, mut exits) = (Vec::new(), Vec::new());
     for path in paths {
         match work(path) {
             Ok(result) => {
-                results.push(result);
+                entries.push(Entry::Done(result));
                 exits.push(Exit::Success);
             }
             Err(failure) => {
                 context.terminal.error(&failure);
                 exits.push(failure.exit);
+                entries.push(Entry::failed(path, None, &failure));
             }
         }
     }
-    (results, Exit::combine(exits))
+    (entries, Exit::combine(exits))
 }
 
 pub fn failure(error: &CacheError) -> Failure {
@@ -117,7 +118,9 @@ pub fn failure(error: &CacheError) -> Failure {
         CacheError::Invalid { breach, .. } if breach.rule == &rules::E0102 => failure.help(MAKE_ONE),
         CacheError::Invalid { breach, .. } => {
             let rule = breach.rule.id;
-            failure.help(format!("bvhc explain {rule} · build it again: bvhc build MODEL -o FILE --force"))
+            failure
+                .fact(format!("more about it: bvhc explain {rule}"))
+                .help("build it again: bvhc build MODEL -o FILE --force")
         }
         CacheError::Unsupported { .. } | CacheError::NotCopied { .. } => {
             failure.help("use the bvhc that wrote it or a newer one, or rebuild with: bvhc build MODEL -o FILE --force")
@@ -168,9 +171,7 @@ pub fn fits(model: &Path, scene: &Scene, options: &BuildOptions, context: &Conte
     Err(Failure::new(Exit::Limit, format!("cannot lay out {}", names::path(model)))
         .fact(format!("{triangles} triangles need {needed}"))
         .fact(format!("the limit is {limit}"))
-        .help(
-            "raise it with --max-memory, keep instances apart with --levels two, or lower --split-budget or -O presplit",
-        ))
+        .help("raise it with --max-memory"))
 }
 
 pub fn build_failure(error: &BuildError) -> Failure {
@@ -187,9 +188,7 @@ pub fn build_failure(error: &BuildError) -> Failure {
         BuildError::TooLarge { remedy, .. } => failure.help(match remedy {
             Remedy::Bonsai => "build it with --method bonsai",
             Remedy::TwoLevels => "keep meshes and instances apart with --levels two",
-            Remedy::TwoLevelsOrFewerDuplicates => {
-                "keep instances apart with --levels two, or allow fewer duplicates with --split-budget 1"
-            }
+            Remedy::TwoLevelsOrFewerDuplicates => "keep instances apart with --levels two",
             Remedy::SplitScene => "split the scene into several models",
         }),
         BuildError::Option { default: Some(value), .. } => failure.help(format!("take {value}, the default")),

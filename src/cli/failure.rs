@@ -3,6 +3,7 @@
 use super::exit::Exit;
 use super::names;
 use serde::Serialize;
+use std::path::Path;
 
 /// A failed action: what was tried, the facts that stopped it, and a command that helps.
 ///
@@ -23,16 +24,71 @@ pub struct Failure {
     pub silent: bool,
 }
 
-/// The object that `--json` puts on stderr, one line.
-#[derive(Serialize)]
-struct JsonFailure<'a> {
-    schema: &'static str,
-    reason: &'static str,
+/// The same in a JSON document.
+#[derive(Clone, Debug, Serialize)]
+pub struct ErrorObject {
     exit_code: u8,
     exit_name: &'static str,
-    error: &'a str,
-    facts: &'a [String],
-    help: Option<&'a str>,
+    error: String,
+    facts: Vec<String>,
+    help: Option<String>,
+}
+
+/// The object that `--json` puts on stderr, one line.
+#[derive(Serialize)]
+struct Line {
+    schema: &'static str,
+    reason: &'static str,
+    #[serde(flatten)]
+    error: ErrorObject,
+}
+
+/// One of several files in a JSON document: what a command found, or why it could not.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+pub enum Entry<T> {
+    Done(T),
+    Failed {
+        path: String,
+        /// The number of a sequence's frame.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        frame: Option<i32>,
+        error: ErrorObject,
+    },
+}
+
+impl<T> Entry<T> {
+    pub fn failed(path: &Path, frame: Option<i32>, failure: &Failure) -> Entry<T> {
+        Entry::Failed { path: path.to_string_lossy().into_owned(), frame, error: failure.into() }
+    }
+
+    pub fn done(&self) -> Option<&T> {
+        match self {
+            Entry::Done(found) => Some(found),
+            Entry::Failed { .. } => None,
+        }
+    }
+
+    /// What was found of those files of which anything was.
+    pub fn all_done(entries: Vec<Entry<T>>) -> Vec<T> {
+        let done = |entry| match entry {
+            Entry::Done(found) => Some(found),
+            Entry::Failed { .. } => None,
+        };
+        entries.into_iter().filter_map(done).collect()
+    }
+}
+
+impl From<&Failure> for ErrorObject {
+    fn from(failure: &Failure) -> ErrorObject {
+        ErrorObject {
+            exit_code: failure.exit.code(),
+            exit_name: failure.exit.name(),
+            error: failure.action.clone(),
+            facts: failure.facts.clone(),
+            help: failure.help.clone(),
+        }
+    }
 }
 
 impl Failure {
@@ -82,17 +138,9 @@ impl Failure {
     }
 
     pub fn to_json(&self) -> String {
-        let object = JsonFailure {
-            schema: "bvhc.error.v1",
-            reason: "error",
-            exit_code: self.exit.code(),
-            exit_name: self.exit.name(),
-            error: &self.action,
-            facts: &self.facts,
-            help: self.help.as_deref(),
-        };
+        let line = Line { schema: "bvhc.error.v1", reason: "error", error: self.into() };
         // Strings and small integers always serialise.
-        serde_json::to_string(&object).unwrap_or_default()
+        serde_json::to_string(&line).unwrap_or_default()
     }
 }
 

@@ -6,6 +6,7 @@
 //! | `commands/` | one command a file |
 //! | `exit` | the exit codes, the only table of them |
 //! | `failure` | errors as the user reads them, text and JSON |
+//! | `usage` | what clap says only in part of a wrong command line |
 //! | `terminal` | the two streams, colour, quiet and verbose |
 //! | `names`, `figures` | foreign names and numbers as text |
 //! | `reading`, `source` | flags that say how a model is read, to build it or to compare a file with it |
@@ -36,6 +37,7 @@ mod reading;
 mod source;
 mod table;
 mod terminal;
+mod usage;
 
 use crate::exec::{Executor, ThreadsError};
 use args::{Cli, Command, GlobalArgs};
@@ -75,9 +77,9 @@ pub fn command() -> clap::Command {
 /// Parse, run, report: everything between the operating system's arguments and its exit status.
 pub fn run(args: Vec<OsString>) -> Exit {
     let json = args.iter().any(|a| a == "--json");
-    let cli = match Cli::try_parse_from(args) {
+    let cli = match Cli::try_parse_from(&args) {
         Ok(cli) => cli,
-        Err(error) => return report_usage(&error, json),
+        Err(error) => return report_usage(&error, &args, json),
     };
     let global = cli.global.clone();
     let terminal = Terminal::new(global.color, global.quiet, global.verbose, global.json);
@@ -119,14 +121,14 @@ fn dispatch(command: &Command, context: &Context) -> Result<Exit, Failure> {
 }
 
 /// Help and version go to stdout and are fine; anything else that clap has to say is a usage error.
-fn report_usage(error: &clap::Error, json: bool) -> Exit {
+fn report_usage(error: &clap::Error, args: &[OsString], json: bool) -> Exit {
     let terminal = Terminal::new(terminal::ColorChoice::Auto, false, 0, json);
     if listing::is_asked_for(error) {
         // As with help, the only way to fail is a closed pipe.
         let _ = terminal.print(&listing::text());
         return Exit::Success;
     }
-    if let Some(failure) = listing::instead_of(error) {
+    if let Some(failure) = listing::instead_of(error).or_else(|| usage::instead_of(error, args)) {
         terminal.error(&failure);
         return Exit::Usage;
     }

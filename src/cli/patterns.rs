@@ -6,15 +6,52 @@ use super::names;
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
-/// The files that these arguments name, in their order: patterns are replaced by the files that they match.
-pub fn expand(paths: &[PathBuf], action: &str) -> Result<Vec<PathBuf>, Failure> {
-    let files: Vec<Vec<PathBuf>> = paths.iter().map(|path| matches(path, action)).collect::<Result<_, _>>()?;
+/// The files of a folder that a command takes, by their extensions.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind {
+    extensions: &'static [&'static str],
+    what: &'static str,
+}
+
+pub const CACHES: Kind = Kind { extensions: &["bvhc"], what: "cache file (*.bvhc)" };
+pub const MODELS: Kind = Kind { extensions: &["obj", "gltf", "glb"], what: "model (*.obj, *.gltf, *.glb)" };
+
+/// The files that these arguments name, in their order: patterns are replaced by the files that they match, and folders by those in them.
+pub fn expand(paths: &[PathBuf], kind: Kind, action: &str) -> Result<Vec<PathBuf>, Failure> {
+    let files: Vec<Vec<PathBuf>> = paths.iter().map(|path| matches(path, kind, action)).collect::<Result<_, _>>()?;
     Ok(files.concat())
 }
 
-/// The files that a pattern matches, in natural order; anything that exists or is no pattern stands for itself. `action` is what would be done with them,
-/// for errors.
-pub fn matches(path: &Path, action: &str) -> Result<Vec<PathBuf>, Failure> {
+/// The files of this kind in a folder, not in folders below it, in natural order.
+fn inside(folder: &Path, kind: Kind, action: &str) -> Result<Vec<PathBuf>, Failure> {
+    let refuse = |fact: String| Failure::new(Exit::Io, format!("cannot {action} {}", names::path(folder))).fact(fact);
+    let is_wanted = |path: &PathBuf| {
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+        kind.extensions.iter().any(|wanted| wanted.eq_ignore_ascii_case(extension)) && path.is_file()
+    };
+    let entries = folder.read_dir().map_err(|error| refuse(error.to_string()))?;
+    let files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_wanted).collect();
+    if files.is_empty() {
+        let pattern = folder.join("**").join(format!("*.{}", kind.extensions[0]));
+        return Err(refuse(format!("it is a folder, and no {} is in it", kind.what)).help(format!(
+            "folders below it are searched by a pattern: '{}'",
+            names::path(&pattern).trim_matches('\'')
+        )));
+    }
+    Ok(in_order(files))
+}
+
+fn in_order(mut files: Vec<PathBuf>) -> Vec<PathBuf> {
+    files.sort_by(|a, b| natural(a.as_os_str().as_encoded_bytes(), b.as_os_str().as_encoded_bytes()));
+    files
+}
+
+/// The files that a pattern matches or that are in a folder, in natural order; anything else that exists or is no pattern stands for itself. `action` is what
+/// would be done with them, for errors.
+pub fn matches(path: &Path, kind: Kind, action: &str) -> Result<Vec<PathBuf>, Failure> {
+    if path.is_dir() {
+        return inside(path, kind, action);
+    }
     let pattern = path.to_str().filter(|text| text.contains(['*', '?', '[']));
     let Some(pattern) = pattern.filter(|_| path.symlink_metadata().is_err()) else { return Ok(vec![path.to_owned()]) };
     let refuse = |exit, fact: String| Failure::new(exit, format!("cannot {action} {}", names::path(path))).fact(fact);
@@ -22,14 +59,13 @@ pub fn matches(path: &Path, action: &str) -> Result<Vec<PathBuf>, Failure> {
         refuse(Exit::Usage, format!("no such file exists, and as a pattern it is wrong: {}", e.msg))
             .help("a pattern is made of *, ?, [a-z] and ** for any folders")
     })?;
-    let mut files: Vec<PathBuf> = found.filter_map(Result::ok).filter(|p| p.is_file()).collect();
+    let files: Vec<PathBuf> = found.filter_map(Result::ok).filter(|p| p.is_file()).collect();
     if files.is_empty() {
         let folder = path.parent().filter(|folder| folder.is_dir()).unwrap_or(Path::new("."));
         return Err(refuse(Exit::Io, "no file matches the pattern".into())
             .help(format!("see what is there: ls {}", names::path(folder))));
     }
-    files.sort_by(|a, b| natural(a.as_os_str().as_encoded_bytes(), b.as_os_str().as_encoded_bytes()));
-    Ok(files)
+    Ok(in_order(files))
 }
 
 /// Order in which `frame.9` comes before `frame.10`: runs of digits compare as numbers, all else byte by byte.
@@ -73,9 +109,23 @@ mod tests {
         for name in ["a[1].obj", "b10.obj", "b9.obj"] {
             std::fs::write(at(name), "").unwrap();
         }
-        assert_eq!(matches(&at("a[1].obj"), "build").unwrap(), [at("a[1].obj")]);
-        assert_eq!(matches(&at("missing.obj"), "build").unwrap(), [at("missing.obj")]);
-        assert_eq!(matches(&at("b*.obj"), "build").unwrap(), [at("b9.obj"), at("b10.obj")]);
-        assert_eq!(matches(&at("c*.obj"), "build").unwrap_err().exit, Exit::Io);
+        assert_eq!(matches(&at("a[1].obj"), MODELS, "build").unwrap(), [at("a[1].obj")]);
+        assert_eq!(matches(&at("missing.obj"), MODELS, "build").unwrap(), [at("missing.obj")]);
+        assert_eq!(matches(&at("b*.obj"), MODELS, "build").unwrap(), [at("b9.obj"), at("b10.obj")]);
+        assert_eq!(matches(&at("c*.obj"), MODELS, "build").unwrap_err().exit, Exit::Io);
+    }
+
+    #[test]
+    fn a_folder_stands_for_the_files_in_it_that_are_meant() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["b10.obj", "b9.GLB", "a.gltf", "a.bin", "c.bvhc"] {
+            std::fs::write(at(name), "").unwrap();
+        }
+        std::fs::create_dir(at("d.obj")).unwrap();
+        assert_eq!(matches(folder.path(), MODELS, "build").unwrap(), [at("a.gltf"), at("b9.GLB"), at("b10.obj")]);
+        assert_eq!(matches(folder.path(), CACHES, "check").unwrap(), [at("c.bvhc")]);
+        let none = matches(&at("d.obj"), CACHES, "check").unwrap_err();
+        assert!(none.exit == Exit::Io && none.facts[0].contains("no cache file"), "{none:?}");
     }
 }

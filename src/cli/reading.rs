@@ -1,9 +1,13 @@
 //! Flags that choose what a model holds: of `build`, which reads it, and of the commands that compare a file with it.
 
+use super::exit::Exit;
+use super::failure::Failure;
+use super::names;
 use crate::build::Named;
 use crate::scene::{AnimationChoice, Degenerate, Moment, ReadOptions, Seconds};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use std::path::Path;
 
 /// What of a model is read.
 #[derive(Clone, Debug, Default, Args)]
@@ -64,6 +68,22 @@ impl ModelReading {
         is_posed.then(|| Moment { animation: self.clip.clone().unwrap_or_default(), time: self.time })
     }
 
+    /// What is chosen of a glTF model: the first flag that is given, and what OBJ models have none of.
+    pub fn choice(&self) -> Option<(&'static str, &'static str)> {
+        let given = [
+            (self.scene.is_some(), "--scene", "scenes"),
+            (self.clip.is_some(), "--clip", "animations"),
+            (self.time.is_some(), "--time", "animations"),
+        ];
+        given.into_iter().find_map(|(is_given, flag, things)| is_given.then_some((flag, things)))
+    }
+
+    /// The same of what is permitted a glTF model.
+    pub fn permission(&self) -> Option<(&'static str, &'static str)> {
+        let outside = self.allow_outside.then_some(("--allow-outside", "buffers in other files"));
+        outside.or((!self.ignore_extensions.is_empty()).then_some(("--ignore-extension", "extensions")))
+    }
+
     /// The first flag that is given, as it is typed.
     pub fn first_given(&self) -> Option<&'static str> {
         let given = [
@@ -76,6 +96,13 @@ impl ModelReading {
         ];
         given.iter().find_map(|(is_given, flag)| is_given.then_some(*flag))
     }
+}
+
+/// The failure for a flag, typed as `given`, that is about things which only glTF models have.
+pub fn not_of_obj(model: &Path, given: &str, flag: &str, things: &str) -> Failure {
+    Failure::new(Exit::Usage, format!("cannot read {} with {given}", names::path(model)))
+        .fact(format!("it is an OBJ model, which has no {things}; only glTF models have"))
+        .help(format!("leave out {flag}"))
 }
 
 /// A closed set of the library as values of a flag: its names are the choices.

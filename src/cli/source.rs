@@ -5,10 +5,10 @@ use super::caches;
 use super::exit::Exit;
 use super::failure::Failure;
 use super::names;
-use super::reading::{ModelReading, choice};
+use super::reading::{ModelReading, choice, not_of_obj};
 use crate::build::{BuildOptions, Levels, Named};
 use crate::cache::Meta;
-use crate::scene::{self, Degenerate, ReadOptions, Scene};
+use crate::scene::{self, Degenerate, Format, ReadOptions, Scene};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -32,9 +32,15 @@ pub struct Stated<'a> {
 }
 
 impl SourceReading {
-    /// Refuse flags about a model where none is named.
+    /// Refuse flags about a model where none is named, and those that only glTF models read for an OBJ model.
     pub fn suits(&self, source: Option<&PathBuf>) -> Result<(), Failure> {
         let given = self.model.first_given().or(self.levels.map(|_| "--levels"));
+        let is_obj = source.is_some_and(|model| Format::from_extension(model) == Some(Format::Obj));
+        if let (Some(model), Some((flag, things))) =
+            (source, self.model.choice().or(self.model.permission()).filter(|_| is_obj))
+        {
+            return Err(not_of_obj(model, flag, flag, things));
+        }
         match given.filter(|_| source.is_none()) {
             None => Ok(()),
             Some(flag) => Err(Failure::new(Exit::Usage, format!("cannot use {flag} without a model"))

@@ -14,6 +14,14 @@ pub enum ColorChoice {
     Never,
 }
 
+/// A remark on stderr with `--json`, beside the lines of errors.
+#[derive(serde::Serialize)]
+struct RemarkLine<'a> {
+    schema: &'static str,
+    reason: &'static str,
+    text: &'a str,
+}
+
 /// Where a command talks to.
 #[derive(Clone, Copy, Debug)]
 pub struct Terminal {
@@ -95,20 +103,34 @@ impl Terminal {
 
     /// A remark on stderr that `-q` silences.
     pub fn note(&self, line: &str) {
-        if !self.quiet {
-            self.stderr(line);
-        }
+        self.remark("note", line);
     }
 
     /// A remark on stderr that only `-v` shows.
     pub fn detail(&self, line: &str) {
-        if self.verbose > 0 && !self.quiet {
-            self.stderr(line);
+        if self.verbose > 0 {
+            self.remark("note", line);
         }
     }
 
     pub fn warn(&self, line: &str) {
-        self.note(&format!("{} {line}", self.paint_err(Paint::Yellow, "warning:")));
+        self.remark("warning", line);
+    }
+
+    /// As text, or as one line of JSON.
+    fn remark(&self, reason: &'static str, line: &str) {
+        match (self.quiet, self.json, reason) {
+            (true, ..) => {}
+            (false, true, _) => {
+                let line = RemarkLine { schema: "bvhc.remark.v1", reason, text: line };
+                // Two strings always serialise.
+                self.stderr(&serde_json::to_string(&line).unwrap_or_default());
+            }
+            (false, false, "warning") => {
+                self.stderr(&format!("{} {line}", self.paint_err(Paint::Yellow, "warning:")));
+            }
+            (false, false, _) => self.stderr(line),
+        }
     }
 
     /// An error on stderr, as text or as one line of JSON.

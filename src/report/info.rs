@@ -33,7 +33,7 @@ pub struct FileInfo {
     pub prim_count: u64,
     /// Records of `TRIS`, duplicates included.
     pub ref_count: u64,
-    /// Live nodes of all trees.
+    /// Live nodes of all trees, those over instances included.
     pub node_count: u64,
     /// Trees over meshes.
     pub blas_count: u32,
@@ -241,6 +241,12 @@ impl FileInfo {
             meta,
             meta_error: None,
         }
+    }
+
+    /// Those of [`FileInfo::node_count`] that are of trees over instances: all records of `TNOD` but the unused one of each tree.
+    pub fn top_nodes(&self) -> u64 {
+        let of_top = self.sections.iter().filter(|section| section.kind == "TNOD");
+        of_top.map(|section| section.elem_count.saturating_sub(1)).fold(0, u64::saturating_add)
     }
 }
 

@@ -4,6 +4,17 @@ use super::shape::parts_hash;
 use crate::geom::vector::{cross, dot, sub};
 use crate::scene::Mesh;
 
+/// How the faces of a mesh stand to those of the meshes before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Faces {
+    /// None before has these faces, so that later ones are cut as they are.
+    First,
+    /// Cut as before; or there are none that could be.
+    AsBefore,
+    /// Cut as the reader has cut them, since the cut of before would leave them.
+    OwnCut,
+}
+
 /// How polygons were cut into triangles when they were first seen.
 ///
 /// A reader cuts each model for itself, along the diagonal that suits a face as it stands. So a quad that bends from one frame to the next can become two
@@ -22,10 +33,10 @@ struct Cut {
 }
 
 impl Cuts {
-    /// Cut the faces of a mesh as those of an earlier one with the same faces. Whether it is the first that has them, so that later ones are cut as it is.
-    pub fn apply(&mut self, mesh: &mut Mesh) -> bool {
+    /// Cut the faces of a mesh as those of an earlier one with the same faces.
+    pub fn apply(&mut self, mesh: &mut Mesh) -> Faces {
         // Where a triangle was dropped, polygons and triangles no longer go together.
-        let Some(faces) = mesh.faces.filter(|_| mesh.source_prims.is_empty()) else { return false };
+        let Some(faces) = mesh.faces.filter(|_| mesh.source_prims.is_empty()) else { return Faces::AsBefore };
         match self.known.get(&(faces, parts_hash(mesh))) {
             Some(cut)
                 if (cut.positions, cut.triangles.len()) == (mesh.positions.len(), mesh.triangles.len())
@@ -33,14 +44,15 @@ impl Cuts {
             {
                 mesh.triangles.clone_from(&cut.triangles);
                 mesh.vertices.clone_from(&cut.vertices);
-                false
+                Faces::AsBefore
             }
-            Some(_) => false,
+            Some(cut) if cut.triangles == mesh.triangles => Faces::AsBefore,
+            Some(_) => Faces::OwnCut,
             None => {
                 let (triangles, vertices) = (mesh.triangles.clone(), mesh.vertices.clone());
                 let cut = Cut { positions: mesh.positions.len(), triangles, vertices };
                 self.known.insert((faces, parts_hash(mesh)), cut);
-                true
+                Faces::First
             }
         }
     }
@@ -112,8 +124,9 @@ mod tests {
         };
         for (second, stays) in [([2.0, 0.5, 0.0], true), ([0.5, 0.0, 1.2], false)] {
             let mut mesh = square(second, other);
-            cuts.apply(&mut mesh);
+            let faces = cuts.apply(&mut mesh);
             assert_eq!(mesh.triangles == one, stays, "{second:?}");
+            assert_eq!(faces, if stays { Faces::AsBefore } else { Faces::OwnCut });
         }
 
         // Other faces, a triangle that was dropped, and faces that nothing is known of stay as they are.

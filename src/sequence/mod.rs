@@ -30,7 +30,7 @@ use crate::compile::{self, LaidOut, Placing};
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::{Mesh, Scene};
-use cuts::Cuts;
+use cuts::{Cuts, Faces};
 use shape::{Shape, geometry_hash, topology_hash};
 use survey::Survey;
 use take::Taking;
@@ -109,6 +109,8 @@ pub struct FrameOutcome {
     pub built: u64,
     /// Meshes that stand as in the file that was there before, and were taken from it.
     pub taken: u64,
+    /// Meshes whose faces are cut into triangles otherwise than in the first frame that shows them, since that cut would leave them: their trees are others.
+    pub own_cuts: u64,
     /// Instances.
     pub instances: u64,
     /// Triangles that rays can hit, those of every instance counted.
@@ -231,13 +233,14 @@ impl<'a> SequenceBuilder<'a> {
     }
 
     fn add_laid(&mut self, index: usize, mut laid: LaidOut, label: FrameLabel) -> Result<FrameOutcome, SequenceError> {
-        let is_first: Vec<bool> = laid.meshes.iter_mut().map(|mesh| self.cuts.apply(mesh)).collect();
+        let faces: Vec<Faces> = laid.meshes.iter_mut().map(|mesh| self.cuts.apply(mesh)).collect();
         let mut outcome = FrameOutcome { number: label.number, placing: laid.placing, ..FrameOutcome::default() };
         let mut poses = Vec::with_capacity(laid.meshes.len());
-        for (mesh, is_first) in laid.meshes.iter().zip(is_first) {
+        outcome.own_cuts = faces.iter().filter(|faces| **faces == Faces::OwnCut).count() as u64;
+        for (mesh, faces) in laid.meshes.iter().zip(faces) {
             let topology = topology_hash(mesh);
             let pose = self.pose(mesh, topology, &mut outcome)?;
-            self.learn(index, pose, topology, mesh, is_first);
+            self.learn(index, pose, topology, mesh, faces == Faces::First);
             poses.push(pose);
         }
         let instances = laid.instances.unwrap_or_default();

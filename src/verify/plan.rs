@@ -22,6 +22,9 @@ pub struct Plan {
     /// What the oracle may spend on its sample: boxes and triangles looked at, which take some tens of nanoseconds each, and exact decisions, each of
     /// which counts for many.
     pub oracle_work: u64,
+    /// How many rays the oracle judges in its sample, whatever that takes; `None`: as many as [`Plan::oracle_work`] allows. Differences between devices are judged
+    /// beside them.
+    pub judged: Option<u64>,
 }
 
 /// Which questions go to the devices.
@@ -53,6 +56,7 @@ impl Default for Plan {
             asked: Asked::Both,
             reference: Reference::Bvh,
             oracle_work: Plan::ORACLE_WORK,
+            judged: None,
         }
     }
 }
@@ -78,6 +82,9 @@ impl Plan {
         let rays = self.rays_of(set);
         match self.reference {
             Reference::Brute => rays,
+            Reference::Bvh if self.judged.is_some() => {
+                self.judged.map_or(0, |judged| RaySet::shares(&self.sets, judged)[set]).min(rays)
+            }
             Reference::Bvh => (self.oracle_work / cost.max(1) / self.sets.len() as u64).max(Self::LEAST).min(rays),
         }
     }
@@ -235,6 +242,8 @@ mod tests {
         assert_eq!(plan.sampled(0, 1_000_000_000), Plan::LEAST);
         assert_eq!(plan.sampled(0, 0), 500_000);
         assert_eq!(Plan { reference: Reference::Brute, ..plan.clone() }.sampled(1, 1_000_000_000), 500_000);
+        let few = Plan { judged: Some(100), ..plan.clone() };
+        assert_eq!((0..2).map(|set| few.sampled(set, 1)).sum::<u64>(), 100, "{:?}", few.sets);
         let picked: usize = plan.batches().filter(|b| b.set == 0).map(|b| b.sample(1000, plan.rays_of(0)).len()).sum();
         assert_eq!(picked, 1000);
         let batch = Batch { set: 0, first: 10, count: 5 };

@@ -179,7 +179,7 @@ fn every_tree_option_is_accepted_and_reaches_the_file() {
     place.write("a.obj", strip(50));
     place.ok(
         "build a.obj -o a.bvhc --preset balanced --builder sbvh --axes longest --bins 8 -O spatial-bins=9 -O max-leaf=3 -O sah-trav=2 \
-         -O sah-isect=1.5 -O clip=box --split-alpha 0.25 --split-budget 1.125 -O unsplit=false --reinsert 5 --adapt 77 -O collapse=true --levels two --rays-for bake --allow-outside",
+         -O sah-isect=1.5 -O clip=box --split-alpha 0.25 --split-budget 1.125 -O unsplit=false --reinsert 5 --adapt 77 -O collapse=true --levels two --rays-for bake",
     );
     let options = place.ok("info a.bvhc --field meta.options").out;
     for (name, value) in [

@@ -69,7 +69,7 @@ fn what_is_not_there_or_cannot_be_meant_is_told() {
     let place = heli();
     for (args, code, told) in [
         ("in/heli.%04d.obj -o out/", 3, "frame 3 is missing; there are 3 frames, 1 to 4"),
-        ("in/heli.%04d.obj -o out/", 3, "help: --missing skip"),
+        ("in/heli.%04d.obj -o out/", 3, "help: leave such frames out with --missing skip"),
         ("in/heli.%03d.obj -o out/", 3, "help: bvhc build 'in/heli.%04d.obj'"),
         ("in/heli.%04d.obj in/heli.%04d.obj -o one.bvhc --frames 1-2", 2, "4 inputs need a folder"),
         ("in/heli.%04d.obj in/heli.%04d.obj -o one.bvhc --frames 1-2", 2, "or give each frame a name by a pattern"),

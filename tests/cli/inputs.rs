@@ -76,7 +76,7 @@ fn what_cannot_succeed_says_how_it_could() {
     for (args, code, fix) in [
         ("build a.obj -o no/where/a.bvhc", 3, "mkdir -p no/where"),
         ("build a.obj -o a.obj/a.bvhc", 3, "a.obj is not a folder"),
-        ("build . -o a.bvhc", 3, "name the models in it"),
+        ("build . -o a.bvhc", 2, "write -o a.bvhc/"),
         ("build a.obj -o -", 2, "./-"),
         ("convert good.bvhc -o -", 2, "./-"),
         ("convert good.bvhc -o no/where/a.bvhc", 3, "mkdir -p no/where"),
@@ -152,7 +152,7 @@ fn outputs_without_a_name_stand_beside_their_inputs() {
     place.write("a.glb", "glTF");
     for (args, fix) in [
         ("build a.obj a.glb", "another folder"),
-        ("build in/f.%d.obj", "-o DIR/"),
+        ("build in/f.%d.obj", "-o frames.bvhc"),
         ("build -", "name the file itself with -o"),
     ] {
         place.write("in/f.1.obj", strip(1));

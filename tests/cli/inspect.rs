@@ -153,7 +153,7 @@ fn a_damaged_file_is_a_negative_verdict_and_names_the_finding() {
     let said = place.run("check bad.bvhc");
     assert_eq!(said.code, 1);
     assert!(said.out.starts_with("bad.bvhc: invalid (1 error)\nE0201 "), "{}", said.out);
-    assert!(said.out.contains("help: bvhc explain E0201"), "{}", said.out);
+    assert!(said.out.contains("more: bvhc explain E0201"), "{}", said.out);
     assert_eq!(place.run("check bad.bvhc --level quick").code, 0, "quick reads no sections");
     assert_eq!(place.run("stats bad.bvhc").code, 1);
     assert_eq!(place.run("check a.bvhc bad.bvhc").code, 1);

@@ -20,6 +20,7 @@ mod hard_motions;
 mod inputs;
 mod inspect;
 mod interrupt;
+mod manners;
 mod many;
 mod nodes;
 mod outputs;

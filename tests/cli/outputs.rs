@@ -1,7 +1,7 @@
 //! What is written over, what is written of nothing, and what a damaged output is taken for.
 
 use crate::common::cases_dir;
-use crate::{Place, gltf, strip};
+use crate::{Place, gltf, said, strip};
 
 #[test]
 fn a_file_that_is_no_cache_is_not_replaced() {
@@ -168,4 +168,17 @@ fn pipes_are_refused_at_once() {
         assert_eq!(said.code, 3, "{args}: {}", said.err);
         assert!(said.err.contains(fact), "{args}: {}", said.err);
     }
+}
+
+/// As a full disk does, and without a signal that would leave a temporary file behind.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_on_the_size_of_files_is_an_io_error_and_leaves_nothing() {
+    let place = Place::new();
+    place.write("a.obj", strip(400));
+    let limited = format!("ulimit -f 1; exec {} build a.obj -o a.bvhc", crate::program().display());
+    let said =
+        said(std::process::Command::new("sh").args(["-c", &limited]).current_dir(place.root()).output().unwrap());
+    assert!(said.code == 3 && said.err.contains("cannot write"), "{}: {}", said.code, said.err);
+    assert_eq!(place.names(), ["a.obj"]);
 }

@@ -26,7 +26,8 @@ fn the_frames_of_a_pattern_become_one_file() {
     waves(&place, 1..6);
     let said = place.ok("build in/wave.%03d.obj -o wave.bvhc --trees first");
     assert!(
-        said.out.starts_with("wave.bvhc  5 frames, 162 tris: 1 tree built, 4 refitted, 0 as before; "),
+        said.out
+            .starts_with("wave.bvhc  5 frames of up to 162 tris, 1 topology: 1 tree built, 4 refitted, 0 as before; "),
         "{}",
         said.out
     );
@@ -113,9 +114,13 @@ fn frames_that_are_missing_are_held_or_left_out_and_counts_may_change() {
     let place = heli();
     assert_eq!(place.run("build in/heli.%04d.obj -o heli.bvhc").code, 3);
     let held = place.ok("build in/heli.%04d.obj -o heli.bvhc --missing hold");
-    assert!(held.out.contains("4 frames, 8 tris: 3 trees built, 0 refitted, 1 as before"), "{}", held.out);
+    assert!(
+        held.out.contains("4 frames of up to 8 tris, 3 topologies: 3 trees built, 0 refitted, 1 as before"),
+        "{}",
+        held.out
+    );
     let skipped = place.ok("build in/heli.%04d.obj -o heli.bvhc --missing skip");
-    assert!(skipped.out.contains("3 frames, 8 tris: 3 trees built"), "{}", skipped.out);
+    assert!(skipped.out.contains("3 frames of up to 8 tris, 3 topologies: 3 trees built"), "{}", skipped.out);
     place.ok("check heli.bvhc");
     place.ok("convert heli.bvhc -o four.bvhc --frame 4");
     assert_eq!(place.run("convert heli.bvhc -o three.bvhc --frame 3").code, 2);
@@ -134,7 +139,11 @@ fn a_clip_is_played() {
     let place = Place::new();
     model(&place, "two", &["Rise", "Fall"]);
     let said = place.ok("build two.gltf -o rise.bvhc --clip Rise --fps 4 -v");
-    assert!(said.out.contains("5 frames, 1 tri: 1 tree built, 0 refitted, 4 as before"), "{}", said.out);
+    assert!(
+        said.out.contains("5 frames of up to 1 tri, 1 topology: 1 tree built, 0 refitted, 4 as before"),
+        "{}",
+        said.out
+    );
     assert!(said.err.contains("two.gltf: animation 0 'Rise': 5 frames from 1 s on, 4 a second"), "{}", said.err);
     place.ok("check rise.bvhc");
     assert!(place.ok("build two.gltf -o rise.bvhc --clip Rise --fps 4").out.contains("up to date"));

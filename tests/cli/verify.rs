@@ -228,7 +228,12 @@ fn without_opencl_the_cpu_traces_and_says_so_unless_a_device_is_required() {
         assert_eq!(said.code, 5, "{args}: {}{}", said.out, said.err);
         assert!(said.err.contains("help: "), "{args}: {}", said.err);
     }
-    assert_eq!(run("verify roof.bvhc --rays 1k --device all").code, 0);
+    let all = run("verify roof.bvhc --rays 1k --device all");
+    assert!(all.code == 0 && all.err.contains("there is no OpenCL device"), "{}", all.err);
+    // A report is there even where nothing could be done.
+    assert_eq!(run("verify roof.bvhc --require-device --junit report.xml").code, 5);
+    let report = String::from_utf8(place.read("report.xml")).unwrap();
+    assert!(report.contains("errors=\"1\"") && report.contains("type=\"unsupported\""), "{report}");
     let list = run("verify --list-devices");
     assert_eq!((list.code, list.out.lines().count()), (0, 1), "{}", list.out);
     let json = run("verify --list-devices --json").json();
@@ -248,6 +253,10 @@ fn opencl_devices_are_listed_and_traced_on() {
     let said = place.ok("verify roof.bvhc --source roof.obj --rays 20k --device all --require-device");
     assert_eq!(said.out.matches("20,000 rays  ").count(), 1 + devices.len(), "{}", said.out);
     assert!(place.ok("verify roof.bvhc --rays 1k").out.contains("opencl:"));
+    // No compiler of kernels is done in so short a time: the device is given up, and the report says so.
+    let lost = place.run("verify roof.bvhc --rays 1k --device opencl:0 --device-timeout 1ms --junit lost.xml");
+    assert!(lost.code == 5 && lost.err.contains("has not come back"), "{}{}", lost.code, lost.err);
+    assert!(String::from_utf8(place.read("lost.xml")).unwrap().contains("type=\"unsupported\""));
     let none = place.run("verify roof.bvhc --rays 1k --device opencl:99");
     assert_eq!(none.code, 5, "{}", none.err);
     assert!(none.err.contains("opencl:0: "), "{}", none.err);

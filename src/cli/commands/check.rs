@@ -5,13 +5,15 @@ use crate::cache::{FileBytes, Head, rules, tree_flags};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{Entry, Failure};
 use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::patterns;
 use crate::cli::source::{self, SourceReading, Stated};
 use crate::cli::terminal::Paint;
 use crate::compile;
+use crate::scene::Scene;
+use crate::verify::placed;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -24,7 +26,7 @@ use std::path::{Path, PathBuf};
     after_help = "Examples:\n  bvhc check rock.bvhc\n  bvhc check rock.bvhc --source rock.glb\n  bvhc check *.bvhc --level hash --json"
 )]
 pub struct CheckArgs {
-    /// Cache files
+    /// Cache files, folders of them, or quoted patterns such as 'caches/**/*.bvhc'
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// How deep to look; each level includes those before it [default: tree, or source with --source]
@@ -59,7 +61,7 @@ enum LevelName {
 struct Document<'a> {
     schema: &'static str,
     exit_code: u8,
-    files: &'a [Verdict],
+    files: &'a [Entry<Verdict>],
 }
 
 #[derive(Serialize)]
@@ -83,19 +85,20 @@ pub fn run(args: &CheckArgs, context: &Context) -> Result<Exit, Failure> {
     args.reading.suits(args.source.as_ref())?;
     let level = level(args)?;
     let (mut verdicts, mut exits) = (Vec::new(), Vec::new());
-    for path in &patterns::expand(&args.files, "check")? {
+    for path in &patterns::expand(&args.files, patterns::CACHES, "check")? {
         match check(path, level, args, context) {
             Ok(report) => {
                 let (verdict, exit) = judge(path, report, args);
                 if !context.terminal.json && !context.terminal.quiet {
                     context.terminal.print(&text(&verdict, path, level, context))?;
                 }
-                verdicts.push(verdict);
+                verdicts.push(Entry::Done(verdict));
                 exits.push(exit);
             }
             Err(failure) => {
                 context.terminal.error(&failure);
                 exits.push(failure.exit);
+                verdicts.push(Entry::failed(path, None, &failure));
             }
         }
     }
@@ -141,16 +144,32 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
     let mut first = None;
     for (read, build) in args.reading.ways(path, stated, context)? {
         let scene = source::read(model, &read, &build, context)?;
-        let inputs = scene.inputs.clone();
+        let (inputs, in_f64) = (scene.inputs.clone(), scene.clone());
         let laid = compile::lay_out(scene, &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
         let source = Source { meshes: &laid.meshes, instances: laid.instances.as_deref(), inputs: &inputs };
         let report = check_bytes(bytes.as_slice(), level, Some(&source), &limits, &context.exec);
         if report.is_valid() {
+            warn_of_rounding(path, &in_f64, context)?;
             return Ok(report);
         }
         first.get_or_insert(report);
     }
     first.ok_or_else(|| Failure::new(Exit::Internal, "no way to read the model was tried"))
+}
+
+/// A file is held against its model as rounding to f32 makes it. Where that bends the model, `verify`, which knows it in f64, calls the file wrong.
+fn warn_of_rounding(path: &Path, model: &Scene, context: &Context) -> Result<(), Failure> {
+    let cache = caches::open(path, context)?;
+    let placed = placed(&cache.view(), model, &context.exec);
+    if placed.is_right() {
+        return Ok(());
+    }
+    context.terminal.warn(&format!(
+        "{} holds the model as rounding to f32 has bent it, by up to {:.3e}: bvhc verify --source calls its hits wrong",
+        names::path(path),
+        placed.loss.farthest.max(placed.read.farthest)
+    ));
+    Ok(())
 }
 
 fn judge(path: &Path, report: Report, args: &CheckArgs) -> (Verdict, Exit) {
@@ -210,16 +229,17 @@ fn text(verdict: &Verdict, path: &Path, level: Level, context: &Context) -> Stri
         text.push_str(&format!("not checked: {}\n", names::escape(what)));
     }
     if let Some(first) = verdict.findings.first() {
+        text.push_str(&format!("more: bvhc explain {}\n", first.rule.id));
         let remedy = match (verdict.valid, verdict.over_limit) {
-            (true, _) => String::new(),
-            (false, false) if first.rule.id == "E0102" => format!(" · {}", caches::MAKE_ONE),
+            (true, _) => return text,
+            (false, false) if first.rule.id == "E0102" => caches::MAKE_ONE.to_string(),
             (false, false) if verdict.findings.iter().all(|f| f.rule.id.starts_with("E06")) => format!(
-                " · the file is sound by itself, so it was built from another model or from this one before it changed: bvhc build MODEL -o {name}"
+                "the file is sound by itself, so it was built from another model or from this one before it changed: bvhc build MODEL -o {name}"
             ),
-            (false, true) => " · if you trust the file: --max-memory 32G".to_string(),
-            (false, false) => format!(" · rebuild: bvhc build MODEL -o {name} --force"),
+            (false, true) => "if you trust the file: --max-memory 32G".to_string(),
+            (false, false) => format!("rebuild: bvhc build MODEL -o {name} --force"),
         };
-        text.push_str(&format!("help: bvhc explain {}{remedy}\n", first.rule.id));
+        text.push_str(&format!("help: {remedy}\n"));
     }
     text
 }

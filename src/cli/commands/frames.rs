@@ -6,7 +6,7 @@ use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::drawing;
 use crate::cli::exit::Exit;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{Entry, Failure};
 use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::progress::Bar;
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 struct Document<'a> {
     schema: &'static str,
     exit_code: u8,
-    files: &'a [SequenceReport],
+    files: &'a [Entry<SequenceReport>],
 }
 
 pub fn run(
@@ -37,7 +37,7 @@ pub fn run(
             .help("leave out --rays"));
     }
     svg.map_or(Ok(()), drawing::may_replace)?;
-    let (reports, exit) = caches::each(files, context, |path| {
+    let (entries, exit) = caches::each(files, context, |path| {
         cache::sound_sequence(path, &caches::options(context), &context.exec).map_err(|e| caches::failure(&e))?;
         let sequence = caches::open_sequence(path, context)?;
         let name = path.to_string_lossy().into_owned();
@@ -48,16 +48,21 @@ pub fn run(
         let report = SequenceReport::of(name, &sequence, measure, &context.exec, &Ear(&bar), done);
         report.map_err(|error| failure(&error, path))
     });
+    if context.terminal.json {
+        context.terminal.document(&Document { schema: "bvhc.frames.v1", exit_code: exit.code(), files: &entries })?;
+    }
+    let reports = Entry::all_done(entries);
     if let Some(path) = svg {
         drawing::draw(path, &chart(&reports))?;
     }
     if context.terminal.json {
-        context.terminal.document(&Document { schema: "bvhc.frames.v1", exit_code: exit.code(), files: &reports })?;
-    } else if as_csv {
+        return Ok(exit);
+    }
+    if as_csv {
         context.terminal.print(&csv(&reports))?;
     } else {
-        for (report, path) in reports.iter().zip(files) {
-            context.terminal.print(&text(report, &names::path(path)))?;
+        for report in &reports {
+            context.terminal.print(&text(report, &names::path(Path::new(&report.path))))?;
         }
     }
     Ok(exit)

@@ -1,16 +1,17 @@
 //! `bvhc info`: the facts of a file's header, in one small read.
 
+use crate::build;
 use crate::cli::Context;
 use crate::cli::advice;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{Entry, Failure};
 use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::paragraph;
 use crate::cli::patterns;
 use crate::cli::table::Table;
-use crate::report::info::{FileInfo, SectionInfo};
+use crate::report::info::{FileInfo, MetaInfo, OptionInfo, SectionInfo};
 use crate::size::bytes;
 use clap::Args;
 use serde::Serialize;
@@ -24,7 +25,7 @@ use std::path::PathBuf;
     after_help = "Examples:\n  bvhc info rock.bvhc\n  bvhc info rock.bvhc --field content_id\n  bvhc info rock.bvhc --field meta.options"
 )]
 pub struct InfoArgs {
-    /// Cache files
+    /// Cache files, folders of them, or quoted patterns such as 'caches/**/*.bvhc'
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Print one value alone, by its name in --json; a dot leads inwards
@@ -39,7 +40,7 @@ pub struct InfoArgs {
 struct Document {
     schema: &'static str,
     exit_code: u8,
-    files: Vec<NamedInfo>,
+    files: Vec<Entry<NamedInfo>>,
 }
 
 #[derive(Serialize)]
@@ -51,20 +52,19 @@ struct NamedInfo {
 
 pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
     let terminal = &context.terminal;
-    let files = patterns::expand(&args.files, "show")?;
-    let (infos, exit) = caches::each(&files, context, |path| {
+    let files = patterns::expand(&args.files, patterns::CACHES, "show")?;
+    let (entries, exit) = caches::each(&files, context, |path| {
         let head = caches::head(path, context)?;
         let info = FileInfo::new(&head.header, &head.sections, head.meta.as_ref().map(Into::into));
         let info = FileInfo { meta_error: head.meta_error, ..info };
-        Ok((path.to_path_buf(), info))
+        Ok(NamedInfo { path: path.to_string_lossy().into_owned(), info })
     });
     if terminal.json {
-        let named = |(path, info): (PathBuf, FileInfo)| NamedInfo { path: path.to_string_lossy().into_owned(), info };
-        let files = infos.into_iter().map(named).collect::<Vec<_>>();
-        terminal.document(&Document { schema: "bvhc.info.v1", exit_code: exit.code(), files })?;
+        terminal.document(&Document { schema: "bvhc.info.v1", exit_code: exit.code(), files: entries })?;
         return Ok(exit);
     }
-    for (i, (path, info)) in infos.iter().enumerate() {
+    let found = files.iter().zip(&entries).filter_map(|(path, entry)| Some((path, &entry.done()?.info)));
+    for (i, (path, info)) in found.enumerate() {
         if let Some(field) = &args.field {
             terminal.result(&field_of(info, field)?)?;
             continue;
@@ -93,24 +93,11 @@ fn text(info: &FileInfo) -> String {
     rows.push(("builder", format!("{builder}{tool}")));
 
     // Counts, then what the flags mean for a renderer.
-    let mut tree = format!(
-        "{} nodes · {} tris · {} refs · depth {}",
-        figures::count(info.node_count),
-        figures::count(info.prim_count),
-        figures::count(info.ref_count),
-        info.max_depth
-    );
-    if info.instance_count > 0 {
-        tree += &format!(
-            " · {} trees · {} instances",
-            figures::count(info.blas_count),
-            figures::count(info.instance_count)
-        );
-    }
     if info.frame_count > 0 {
-        rows.push(("frames", figures::counted(u64::from(info.frame_count), "frame", "frames")));
+        rows.extend(of_frames(info));
+    } else {
+        rows.push(("tree", of_trees(info)));
     }
-    rows.push(("tree", tree));
     rows.push(("flags", info.tree_flags.names.join(" · ")));
     let b = &info.scene_bounds;
     rows.push(("bounds", format!("{:?} … {:?}", b.min, b.max)));
@@ -126,8 +113,7 @@ fn text(info: &FileInfo) -> String {
         rows.push(("meta", format!("not read: {error}")));
     }
     if let Some(meta) = &info.meta {
-        let options = meta.options.iter().map(|o| format!("{} {}", o.name, o.value)).collect::<Vec<_>>().join(" · ");
-        rows.push(("options", options));
+        rows.extend(options(meta));
         let inputs = meta.inputs.iter();
         lines(&mut rows, "input", inputs.map(|i| format!("{}  {}  {}", i.name, bytes(i.len), i.blake3)));
         let dropped = meta.read_counts.iter().filter(|c| c.count > 0);
@@ -142,6 +128,62 @@ fn text(info: &FileInfo) -> String {
         (label, text) => format!("{label:<9} {text}\n"),
     };
     rows.iter().map(told).collect()
+}
+
+/// The trees of a still file, by the names and with the figures of `build` and `stats`.
+fn of_trees(info: &FileInfo) -> String {
+    let [tris, refs] = [info.prim_count, info.ref_count].map(figures::count);
+    let nodes = figures::count(info.node_count.saturating_sub(info.top_nodes()));
+    if info.instance_count == 0 {
+        return format!("{nodes} nodes · {tris} tris · {refs} refs · depth {}", info.max_depth);
+    }
+    // The header has one depth for both levels.
+    format!(
+        "{nodes} nodes · {tris} tris · {refs} refs · {} trees · {} instances · {} top-level nodes · deepest leaf of any level at {}",
+        figures::count(info.blas_count),
+        figures::count(info.instance_count),
+        figures::count(info.top_nodes()),
+        info.max_depth
+    )
+}
+
+/// The same of a sequence, whose figures are sums over what is stored once.
+fn of_frames(info: &FileInfo) -> [(&'static str, String); 2] {
+    let counted = figures::counted;
+    let poses = info.sections.iter().find(|section| section.kind == "POSE").map_or(0, |section| section.elem_count);
+    let nodes = info.node_count.saturating_sub(info.top_nodes());
+    let frames = [
+        counted(u64::from(info.frame_count), "frame", "frames"),
+        counted(u64::from(info.blas_count), "topology", "topologies"),
+        counted(poses, "pose", "poses"),
+    ];
+    let stored = [
+        format!("{} in all topologies", counted(info.prim_count, "tri", "tris")),
+        format!("{} in all poses", counted(nodes, "node", "nodes")),
+        format!("{} in all placements", counted(u64::from(info.instance_count), "instance", "instances")),
+        format!("deepest leaf of any level at {}", info.max_depth),
+    ];
+    [("frames", frames.join(" · ")), ("stored", stored.join(" · "))]
+}
+
+/// The options as the file has them. Meshes that move in a sequence may have trees that do not read those for trees, so that these are told of the others alone.
+fn options(meta: &MetaInfo) -> Vec<(&'static str, String)> {
+    let value = |name: &str| meta.options.iter().find(|option| option.name == name).map(|option| option.value.as_str());
+    let is_surveyed = value("trees").is_some_and(|trees| trees != "first") && value("refit") != Some("never");
+    let of_trees =
+        |option: &&OptionInfo| is_surveyed && option.name != "levels" && build::option(&option.name).is_some();
+    let told =
+        |some: Vec<&OptionInfo>| some.iter().map(|o| format!("{} {}", o.name, o.value)).collect::<Vec<_>>().join(" · ");
+    let (of_trees, others): (Vec<&OptionInfo>, Vec<&OptionInfo>) = meta.options.iter().partition(of_trees);
+    let mut rows = vec![("options", told(others))];
+    if !of_trees.is_empty() {
+        rows.push((
+            "moving",
+            "trees for meshes that move are made for all their frames, by sweep and reinsertion".to_owned(),
+        ));
+        rows.push(("standing", format!("trees for meshes that stand still: {} · {}", meta.method, told(of_trees))));
+    }
+    rows
 }
 
 /// The sections of each kind and codec, in the order of the file: how many, unless there is one, and their bytes in the file.

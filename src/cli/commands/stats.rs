@@ -5,7 +5,7 @@ use crate::cli::Context;
 use crate::cli::advice;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{Entry, Failure};
 use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::paragraph;
@@ -29,7 +29,7 @@ use std::path::PathBuf;
 /// not the triangle there; over several trees it is weighted by the areas of their surfaces. SAH and EPO together tell more than either alone.
 #[derive(Debug, Args)]
 pub struct StatsArgs {
-    /// Cache files
+    /// Cache files, folders of them, or quoted patterns such as 'caches/**/*.bvhc'
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// One line of comma-separated values per file, with a heading; with --frames one per frame
@@ -90,11 +90,11 @@ impl Epo {
 struct Document<'a> {
     schema: &'static str,
     exit_code: u8,
-    files: &'a [FileReport],
+    files: &'a [Entry<FileReport>],
 }
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
-    let files = patterns::expand(&args.files, "measure")?;
+    let files = patterns::expand(&args.files, patterns::CACHES, "measure")?;
     if args.compare && files.len() != 2 {
         return Err(Failure::new(
             Exit::Usage,
@@ -117,7 +117,7 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
     let count = args.rays.unwrap_or(if args.compare { 4096 } else { 0 }) as usize;
     let mut paths = Vec::new();
     let mut failed = None;
-    let (reports, exit) = caches::each(&files, context, |path| {
+    let (entries, exit) = caches::each(&files, context, |path| {
         let opened = caches::open_checked(path, context).inspect_err(|failure| failed = Some(failure.exit))?;
         paths.push(path.to_path_buf());
         let (name, view) = (path.to_string_lossy().into_owned(), opened.view());
@@ -133,13 +133,16 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
     if args.compare {
         // With one file nothing is compared, so that its failure is that of the whole.
         return match failed {
-            None => compare::run(&reports, &paths, &args.fail_if, context),
+            None => compare::run(&Entry::all_done(entries), &paths, &args.fail_if, context),
             Some(exit) => Ok(exit),
         };
     }
     if context.terminal.json {
-        context.terminal.document(&Document { schema: "bvhc.stats.v1", exit_code: exit.code(), files: &reports })?;
-    } else if args.csv {
+        context.terminal.document(&Document { schema: "bvhc.stats.v1", exit_code: exit.code(), files: &entries })?;
+        return Ok(exit);
+    }
+    let reports = Entry::all_done(entries);
+    if args.csv {
         context.terminal.print(&csv(&reports))?;
     } else if !reports.is_empty() {
         context.terminal.print(&text(&reports, &paths, args.depths))?;

@@ -3,6 +3,7 @@
 //! Handles are owned (`Drop` gives them back and, unlike those of opencl3, does not panic where a driver refuses that).
 //! Every transfer blocks and every launch is waited for, so no command outlives the borrow of the memory it works on.
 
+use super::watch::Call;
 use bytemuck::Pod;
 use opencl3::command_queue as queues;
 use opencl3::context::context as contexts;
@@ -170,6 +171,7 @@ impl Context {
         source: &str,
         options: &CStr,
     ) -> std::result::Result<Program, (Status, Option<String>)> {
+        let _call = Call::begin();
         // One string: opencl3 takes a slice of them, but hands the driver an array of Rust slices for it, of which only
         // the first is right.
         let raw = programs::create_program_with_source(self.0, &[source]);
@@ -225,6 +227,7 @@ impl<'a> Buffer<'a> {
             return Ok(());
         }
         self.assert_holds(offset, bytes.len());
+        let _call = Call::begin();
         // SAFETY: blocking, so `bytes` is read before this returns, and the range was just checked.
         #[allow(unsafe_code)]
         let event = unsafe {
@@ -242,6 +245,7 @@ impl<'a> Buffer<'a> {
             return Ok(());
         }
         self.assert_holds(offset, bytes.len());
+        let _call = Call::begin();
         // SAFETY: blocking, so `bytes` is written before this returns; any bytes are a value of a `Pod` type; the range
         // was just checked.
         #[allow(unsafe_code)]
@@ -293,6 +297,7 @@ impl Kernel {
             // is the caller's promise.
             named("clSetKernelArg", unsafe { kernels::set_kernel_arg(self.0, index, size, value) })?;
         }
+        let _call = Call::begin();
         let (global, local) = (groups * group_size, group_size);
         // SAFETY: one dimension, so each of the pointers names one number. The arguments are borrowed until the wait
         // below is over.

@@ -1,4 +1,5 @@
 use super::driver::{self, DeviceId, Status};
+use super::watch::Call;
 use crate::verify::DeviceError;
 use opencl3::device::*;
 use serde::Serialize;
@@ -81,6 +82,7 @@ pub(super) fn found() -> Result<Vec<(DeviceInfo, DeviceId)>, DeviceError> {
     // 2.3.1.
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let _call = Call::begin();
     let platforms = match driver::platforms() {
         Ok(platforms) => platforms,
         Err(status) if status.is_missing_library() => return Err(DeviceError::NoLibrary { library: LIBRARY }),

@@ -13,9 +13,11 @@ mod probe;
 mod scene;
 mod status;
 mod trace;
+mod watch;
 
 #[cfg(feature = "testing")]
 pub use context::Fault;
 pub use context::{Context, Options};
 pub use list::{DeviceInfo, DeviceKind, list_devices, preferred};
 pub use trace::OpenCl;
+pub use watch::waiting;

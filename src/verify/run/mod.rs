@@ -48,7 +48,9 @@ pub fn run(
     };
     let devices = std::iter::once(of(reference)).chain(others.iter().map(|d| of(d.as_ref()))).collect();
     let oracle = OracleOutcome { triangles: subject.scene().instanced_triangles(), ..OracleOutcome::default() };
+    let start = Instant::now();
     let cost = plan.cost(&subject.oracle, &subject.sampler, subject.exec);
+    let oracle = OracleOutcome { seconds: start.elapsed().as_secs_f64(), ..oracle };
     let mut run = Run { subject, plan, cost, outcome: Outcome { devices, oracle }, judged: vec![0; others.len()] };
     for batch in plan.batches() {
         if progress.is_cancelled() {

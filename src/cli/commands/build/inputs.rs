@@ -45,13 +45,19 @@ pub fn expand(args: &BuildArgs, context: &Context) -> Result<Vec<Input>, Failure
         } else if args.frames.literal {
             inputs.push(plain(path.clone()));
         } else {
-            inputs.extend(patterns::matches(path, "build")?.into_iter().map(plain));
+            inputs.extend(patterns::matches(path, patterns::MODELS, "build")?.into_iter().map(plain));
         }
     }
-    if let Some(list) = args.frames.frames.as_ref().filter(|_| inputs.iter().all(|i| i.frame.is_none())) {
-        let count = figures::counted(list.list().len() as u64, "frame", "frames");
+    let asks = match (&args.frames.frames, args.frames.missing) {
+        (Some(list), _) => {
+            Some(format!("--frames names {}", figures::counted(list.list().len() as u64, "frame", "frames")))
+        }
+        (None, Some(_)) => Some("--missing is about frames that are not there".to_owned()),
+        (None, None) => None,
+    };
+    if let Some(asks) = asks.filter(|_| inputs.iter().all(|i| i.frame.is_none())) {
         return Err(Failure::new(Exit::Usage, "cannot build")
-            .fact(format!("--frames names {count}, and no input is a pattern of frames"))
+            .fact(format!("{asks}, and no input is a pattern of frames"))
             .help("put the place of the number into the name, for example 'heli.%04d.obj' or 'heli.####.obj'"));
     }
     Ok(inputs)
@@ -64,12 +70,12 @@ fn read_stdin(args: &BuildArgs, limit: u64) -> Result<Vec<u8>, Failure> {
         return Err(refuse(Exit::Usage, "it is a terminal, and a model is expected there".into())
             .help("pipe one in: bvhc build - -o OUT < MODEL"));
     }
-    if args.depfile.path.is_some() {
+    if let Some(flag) = args.depfile.asked_by() {
         return Err(refuse(
             Exit::Usage,
-            "--depfile names the files that an output depends on, and there is none".into(),
+            format!("{flag} names the files that an output depends on, and there is none"),
         )
-        .help("build from a file, or leave out --depfile"));
+        .help(format!("leave out {flag}")));
     }
     let mut bytes = Vec::new();
     stdin.lock().take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| refuse(Exit::Io, e.to_string()))?;

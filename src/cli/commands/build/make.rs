@@ -4,8 +4,8 @@ use super::inputs;
 use super::options::NodeForm;
 use super::outcome::{Arrival, Built, Model, Times};
 use super::plan::{Job, same_file};
-use super::remarks::{Remarks, empty_frames, with_warnings};
-use super::{BuildArgs, Empty};
+use super::remarks::{Kind, Remark, Remarks, empty_frames, with_warnings};
+use super::{BuildArgs, Empty, nameable};
 use crate::build::BuildOptions;
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Image, Meta, Staged, Strays, WriteOptions};
@@ -81,6 +81,7 @@ impl<'a> Workshop<'a> {
         let (start, terminal) = (Instant::now(), &self.context.terminal);
         let scene = self.read(job, bar)?;
         let (inputs, mut read, rounding) = (scene.inputs.clone(), scene.report.clone(), scene.rounding);
+        nameable(job, self.args, inputs.iter().map(|input| input.path.as_path()))?;
         let posed = scene.posed.clone();
         let read_time = start.elapsed();
         caches::fits(&job.input, &scene, &self.build, self.context)?;
@@ -92,23 +93,22 @@ impl<'a> Workshop<'a> {
         let remarks = Remarks { report: &read, read: &self.read, rounding: &rounding, placing: &placing };
         let model = names::path(&job.input);
         let empty = (laid.meshes.is_empty() && self.args.empty == Empty::Keep)
-            .then(|| "there is no triangle in it".to_string());
+            .then(|| Kind::Empty.remark("there is no triangle in it"));
         let mut unasked = remarks.unasked(self.build.levels, self.accepts_degenerate());
         unasked.extend(empty.clone());
-        let mut told = remarks.warnings(self.build.levels);
-        told.extend(empty);
-        told.iter().for_each(|warning| terminal.warn(&format!("{model}: {warning}")));
+        let mut warnings = remarks.warnings(self.build.levels);
+        warnings.extend(empty);
+        warnings.iter().for_each(|warning| terminal.warn(&format!("{model}: {}", warning.text)));
         self.forgive(&model, &unasked)?;
         if let Some(posed) = &posed {
             self.tell_moment(&model, posed);
-            told.push(posed.to_string());
         }
         let name = names::path(&job.output);
         placing.notes.iter().for_each(|note| terminal.detail(&format!("{name}: {note}")));
         if laid.meshes.is_empty() && self.args.empty == Empty::Error {
             return Err(remarks.nothing(&model));
         }
-        let arrival = Arrival { read, rounding, placing, posed, remarks: told };
+        let arrival = Arrival::new(read, rounding, placing, posed, warnings);
         Ok(Prepared { laid, primitives, inputs, arrival, read_time })
     }
 
@@ -167,11 +167,12 @@ impl<'a> Workshop<'a> {
             name == "unreferenced_positions" || (name == "degenerate_triangles" && self.accepts_degenerate())
         };
         let told = |(name, count): &(String, u64)| {
-            (*count > 0 && !accepted(name)).then(|| {
-                format!("{}: {} in the frame with most of them", name.replace('_', " "), figures::count(*count))
-            })
+            let kind = if name == "degenerate_triangles" { Kind::WithoutArea } else { Kind::LeftOut };
+            let text =
+                || format!("{}: {} in the frame with most of them", name.replace('_', " "), figures::count(*count));
+            (*count > 0 && !accepted(name)).then(|| kind.remark(text()))
         };
-        let mut told: Vec<String> = counts.iter().filter_map(told).collect();
+        let mut told: Vec<Remark> = counts.iter().filter_map(told).collect();
         told.extend(empty_frames(&job.output, self.context)?);
         self.forgive(&names::path(&job.output), &told)
     }
@@ -182,7 +183,7 @@ impl<'a> Workshop<'a> {
     }
 
     /// Refuse a model of which something was told, where that is asked for.
-    pub(super) fn forgive(&self, model: &str, told: &[String]) -> Result<(), Failure> {
+    pub(super) fn forgive(&self, model: &str, told: &[Remark]) -> Result<(), Failure> {
         if !self.args.warnings_as_errors || told.is_empty() {
             return Ok(());
         }

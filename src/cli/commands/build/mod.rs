@@ -30,7 +30,7 @@ use clap::{Args, ValueEnum};
 use frames::FrameArgs;
 pub use frames::clip_of;
 use make::{Made, Workshop};
-use outcome::{ErrorObject, Outcome, Status};
+use outcome::{Outcome, Status};
 pub use plan::same_file;
 use plan::{Job, Verdict};
 use publish::{SyncMode, put_all};
@@ -45,7 +45,7 @@ use std::time::{Instant, SystemTime};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct BuildArgs {
-    /// Models to compile: files, quoted patterns such as 'models/*.obj' or 'heli.%04d.obj', or `-` for standard input
+    /// Models to compile: files, folders of them, quoted patterns such as 'models/*.obj' or 'heli.%04d.obj', or `-` for standard input
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// File to write, which for a pattern of frames holds them all; a folder (`DIR/`) that receives one .bvhc file per input;
@@ -109,12 +109,32 @@ pub struct DepfileArgs {
     /// Write the files that the output depends on as a rule for Ninja and Make, also when it is up to date
     #[arg(long = "depfile", value_name = "FILE")]
     pub path: Option<PathBuf>,
+    /// Folder that receives such a file for each output, called as it with .d behind, for several inputs
+    #[arg(long = "depfile-dir", value_name = "DIR", conflicts_with_all = ["path", "target"])]
+    pub dir: Option<PathBuf>,
     /// Target of the rule; default: the output as given
     #[arg(long = "depfile-target", value_name = "NAME", requires = "path")]
     pub target: Option<PathBuf>,
     /// Add an empty rule for each input, so that Make goes on when one is removed
-    #[arg(long = "depfile-phony", requires = "path")]
+    #[arg(long = "depfile-phony")]
     pub phony: bool,
+}
+
+impl DepfileArgs {
+    /// The flag that asks for depfiles, if one does.
+    pub fn asked_by(&self) -> Option<&'static str> {
+        self.path.as_ref().map(|_| "--depfile").or(self.dir.as_ref().map(|_| "--depfile-dir"))
+    }
+
+    /// The depfile of an output.
+    pub fn of(&self, output: &Path) -> Option<PathBuf> {
+        let in_dir = |dir: &PathBuf| {
+            let mut name = output.file_name().unwrap_or_default().to_os_string();
+            name.push(".d");
+            dir.join(name)
+        };
+        self.path.clone().or_else(|| self.dir.as_ref().map(in_dir))
+    }
 }
 
 const EXAMPLES: &str = "Examples:
@@ -135,6 +155,7 @@ struct Document<'a> {
 
 pub fn run(args: &BuildArgs, context: &Context) -> Result<Exit, Failure> {
     let jobs = plan::jobs(args, inputs::expand(args, context)?)?;
+    args.read.suit_any(jobs.iter().map(|job| (job.input.as_path(), job.bytes.as_deref())))?;
     let workshop = workshop(args, context)?;
     if let Some(note) = args.tree.search_given_up(&workshop.build) {
         context.terminal.note(&note);
@@ -205,13 +226,7 @@ fn report(
             failure.help = cause.help;
             terminal.error(&failure);
             let mut outcome = Outcome::new(job, Status::Failed);
-            outcome.error = Some(ErrorObject {
-                exit_code: failure.exit.code(),
-                exit_name: failure.exit.name(),
-                error: failure.action,
-                facts: failure.facts,
-                help: failure.help,
-            });
+            outcome.error = Some((&failure).into());
             Ok((outcome, failure.exit))
         }
     }
@@ -238,14 +253,13 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
     inputs::readable(job)?;
     outputs::is_no_pipe(&job.output)?;
     args.read.suit(&job.input, job.bytes.as_deref())?;
-    if let Some(path) = args.depfile.path.as_ref().filter(|_| !args.force) {
-        depfile::may_replace(path)?;
-    }
-    if let Some(path) = &args.depfile.path {
+    if let Some(path) = &args.depfile.of(&job.output) {
+        if !args.force {
+            depfile::may_replace(path)?;
+        }
         let made = job.output.parent().filter(|_| args.output.as_ref() != Some(&job.output));
-        depfile::writable(path, made)?;
-        let model = job.bytes.is_none().then(|| job.input.clone());
-        depfile::render(depfile_target(job, args), model.as_slice(), args.depfile.phony)?;
+        depfile::writable(path, args.depfile.dir.as_deref().or(made))?;
+        nameable(job, args, job.bytes.is_none().then_some(job.input.as_path()))?;
     }
     let recipe = match &job.frames {
         Some(frames) => &sequence::recipe(workshop, frames),
@@ -325,12 +339,21 @@ fn finish(job: &Job, settled: Settled, workshop: &Workshop) -> Result<(Outcome, 
     Ok((outcome, line))
 }
 
+/// Refuse files that a depfile cannot name, where one is asked for: before they are built, so that no output is left without its depfile.
+fn nameable<'p>(job: &Job, args: &BuildArgs, inputs: impl IntoIterator<Item = &'p Path>) -> Result<(), Failure> {
+    if args.depfile.asked_by().is_none() {
+        return Ok(());
+    }
+    let inputs: Vec<PathBuf> = inputs.into_iter().map(Path::to_owned).collect();
+    depfile::render(depfile_target(job, args), &inputs, args.depfile.phony).map(drop)
+}
+
 fn depfile_target<'a>(job: &'a Job, args: &'a BuildArgs) -> &'a Path {
     args.depfile.target.as_deref().unwrap_or(&job.output)
 }
 
 fn write_depfile(job: &Job, args: &BuildArgs, inputs: &[PathBuf], terminal: &Terminal) -> Result<(), Failure> {
-    let Some(path) = &args.depfile.path else { return Ok(()) };
+    let Some(path) = &args.depfile.of(&job.output) else { return Ok(()) };
     let target = depfile_target(job, args);
     if args.depfile.target.is_none() && target.as_os_str().as_encoded_bytes().contains(&b'%') {
         let name = names::path(target);
@@ -340,6 +363,9 @@ fn write_depfile(job: &Job, args: &BuildArgs, inputs: &[PathBuf], terminal: &Ter
         ));
     }
     let text = depfile::render(target, inputs, args.depfile.phony)?;
+    if let Some(folder) = &args.depfile.dir {
+        std::fs::create_dir_all(folder).map_err(|e| io_failure("create", folder, &e))?;
+    }
     std::fs::write(path, text).map_err(|e| io_failure("write", path, &e))
 }
 

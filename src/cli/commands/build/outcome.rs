@@ -1,12 +1,14 @@
 //! What became of each output, as a line for people and as an object for machines.
 
 use super::plan::Job;
+use super::remarks::Remark;
 use crate::cache::{Image, WriteSummary};
+use crate::cli::failure::ErrorObject;
 use crate::cli::figures;
 use crate::cli::names;
 use crate::compile::Placing;
 use crate::report::file::FileReport;
-use crate::report::info::hex;
+use crate::report::info::{FileInfo, hex};
 use crate::scene::{Posed, ReadReport, Rounding};
 use crate::sequence::FrameOutcome;
 use crate::size::bytes;
@@ -45,15 +47,6 @@ pub enum Status {
     Failed,
 }
 
-#[derive(Clone, Debug, Serialize)]
-pub struct ErrorObject {
-    pub exit_code: u8,
-    pub exit_name: &'static str,
-    pub error: String,
-    pub facts: Vec<String>,
-    pub help: Option<String>,
-}
-
 /// The figures of a finished build.
 #[derive(Clone, Debug, Serialize)]
 pub struct Built {
@@ -61,10 +54,14 @@ pub struct Built {
     pub references: u64,
     /// References beyond one per triangle, as a share of the triangles.
     pub duplication: f64,
+    /// Of trees over triangles; of a sequence those of all poses.
     pub nodes: u64,
+    /// Of the tree over the instances; of a sequence those of all placements.
+    pub top_nodes: u64,
     pub trees: u64,
     pub instances: u64,
     pub instanced_triangles: u64,
+    /// Of trees over triangles; of a sequence, of any tree.
     pub max_depth: u32,
     /// Over several trees, the mean weighted by the areas of their roots.
     pub sah: Option<f64>,
@@ -118,6 +115,22 @@ pub struct Arrival {
     pub posed: Option<Posed>,
     /// What people are told of all this, one sentence each.
     pub remarks: Vec<String>,
+    /// Those of them that warn.
+    pub warnings: Vec<Remark>,
+}
+
+impl Arrival {
+    pub fn new(
+        read: ReadReport,
+        rounding: Rounding,
+        placing: Placing,
+        posed: Option<Posed>,
+        warnings: Vec<Remark>,
+    ) -> Arrival {
+        let moment = posed.as_ref().map(ToString::to_string);
+        let remarks = warnings.iter().map(|warning| warning.text.clone()).chain(moment).collect();
+        Arrival { read, rounding, placing, posed, remarks, warnings }
+    }
 }
 
 /// A model that was read and put where it stands, and no more.
@@ -188,11 +201,12 @@ impl Built {
             triangles: header.prim_count,
             references: header.ref_count,
             duplication: report.blas.duplication,
-            nodes: header.node_count,
+            nodes: report.blas.nodes,
+            top_nodes: report.tlas.as_ref().map_or(0, |top| top.nodes),
             trees: u64::from(header.blas_count),
             instances: u64::from(header.instance_count),
             instanced_triangles: report.instanced_triangles,
-            max_depth: header.max_depth,
+            max_depth: report.blas.max_depth,
             sah: Some(report.blas.sah),
             file_len: header.file_len,
             content_id: hex(&header.content_id),
@@ -207,11 +221,13 @@ impl Built {
     pub fn of_sequence(sequence: SequenceBuilt, written: &WriteSummary, arrival: Arrival, times: Times) -> Built {
         let header = &written.header;
         let extra = header.ref_count.saturating_sub(header.prim_count);
+        let top_nodes = FileInfo::new(header, &written.sections, None).top_nodes();
         Built {
             triangles: header.prim_count,
             references: header.ref_count,
             duplication: if header.prim_count == 0 { 0.0 } else { extra as f64 / header.prim_count as f64 },
-            nodes: header.node_count,
+            nodes: header.node_count - top_nodes,
+            top_nodes,
             trees: u64::from(header.blas_count),
             instances: u64::from(header.instance_count),
             instanced_triangles: sequence.frames.iter().map(|frame| frame.triangles).sum(),
@@ -226,7 +242,7 @@ impl Built {
         }
     }
 
-    /// `heli.bvhc  20 frames, 30,000 tris: 1 tree built, 19 refitted, 40 kept; 4.1 MiB (210 KiB a frame), 0.8 s`
+    /// `heli.bvhc  20 frames of up to 30,000 tris, 1 topology: 1 tree built, 19 refitted, 40 as before; 4.1 MiB (210 KiB a frame), 0.8 s`
     fn sequence_line(&self, job: &Job, sequence: &SequenceBuilt) -> String {
         let counted = figures::counted;
         let frames = sequence.frames.len() as u64;
@@ -238,10 +254,11 @@ impl Built {
             taken => format!(", {} unchanged", figures::count(taken)),
         };
         format!(
-            "{}  {}, {}: {} built, {} refitted, {} as before{taken}; {} ({each} a frame), {took}",
+            "{}  {} of up to {}, {}: {} built, {} refitted, {} as before{taken}; {} ({each} a frame), {took}",
             names::path(&job.output),
             counted(frames, "frame", "frames"),
             counted(most, "tri", "tris"),
+            counted(self.trees, "topology", "topologies"),
             counted(sequence.built, "tree", "trees"),
             figures::count(sequence.refitted),
             figures::count(sequence.same),

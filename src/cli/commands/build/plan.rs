@@ -89,7 +89,7 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
             let frames = one_file(&inputs).map_err(refuse)?;
             let Some(output) = named else {
                 return Err(refuse("the frames become one file, which has no name yet".into())
-                    .help("name it with -o, or a folder for a file a frame: -o DIR/"));
+                    .help("name it with -o, for example -o frames.bvhc"));
             };
             let jobs = vec![Job { frames: Some(frames), ..still(inputs[0].path.clone(), output.to_owned()) }];
             return refuse_own_inputs(args, &inputs, jobs);
@@ -107,10 +107,14 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
         };
         return Err(refused.help(help));
     }
+    if args.depfile.phony && args.depfile.asked_by().is_none() {
+        return Err(refuse("--depfile-phony is about depfiles, and none is asked for".into())
+            .help("name one with --depfile FILE"));
+    }
     if let Some(depfile) = &args.depfile.path {
         if inputs.len() > 1 {
             return Err(refuse("one --depfile describes one output, and there are several".into())
-                .help("build the inputs one by one"));
+                .help("give each output one of its own with --depfile-dir DIR"));
         }
         if let Some(input) = inputs.iter().find(|i| i.is(depfile)) {
             return Err(refuse(format!("the depfile would overwrite the input {}", names::path(&input.path)))
@@ -178,6 +182,7 @@ fn refuse_own_inputs(args: &BuildArgs, frames: &[Input], jobs: Vec<Job>) -> Resu
     let of_jobs = jobs.iter().filter(|j| j.bytes.is_none()).map(|j| &j.input);
     let files = of_jobs.chain(frames.iter().map(|i| &i.path)).filter_map(|path| Some((Identity::of(path)?, path)));
     let files: BTreeMap<Identity, &PathBuf> = files.collect();
+    let mut depfiles: BTreeMap<PathBuf, &PathBuf> = BTreeMap::new();
     for job in &jobs {
         suits(args, job)?;
         if let Some(input) = Identity::of(&job.output).and_then(|output| files.get(&output)) {
@@ -186,6 +191,16 @@ fn refuse_own_inputs(args: &BuildArgs, frames: &[Input], jobs: Vec<Job>) -> Resu
         }
         if args.depfile.path.as_ref().is_some_and(|d| *d == job.output || same_file(d, &job.output)) {
             return Err(refuse("--depfile and -o name the same file".into()).help("name another file with --depfile"));
+        }
+        let Some(depfile) = args.depfile.dir.as_ref().and_then(|_| args.depfile.of(&job.output)) else { continue };
+        let shown = names::path(&depfile);
+        if let Some(other) = depfiles.insert(depfile, &job.output) {
+            return Err(refuse(format!(
+                "{} and {} would both have the depfile {shown}",
+                names::path(other),
+                names::path(&job.output)
+            ))
+            .help("build one of them by another call"));
         }
     }
     Ok(jobs)

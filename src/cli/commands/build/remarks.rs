@@ -9,7 +9,38 @@ use crate::cli::figures;
 use crate::cli::names;
 use crate::compile::Placing;
 use crate::scene::{Degenerate, Loss, ReadOptions, ReadReport, Rounding};
+use serde::Serialize;
 use std::path::Path;
+
+/// A warning: what it is about, and a sentence without the model's name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Remark {
+    pub kind: Kind,
+    pub text: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Triangles without area, left out or kept: what `--degenerate` decides.
+    WithoutArea,
+    /// All else that reading left out.
+    LeftOut,
+    /// What reading had to decide where the model does not say or may not be followed.
+    Decided,
+    /// Rounding that takes a model's shape, or took it before.
+    Rounding,
+    /// Models or frames without triangles.
+    Empty,
+    /// Frames that a pattern does not take.
+    Frames,
+}
+
+impl Kind {
+    pub fn remark(self, text: impl Into<String>) -> Remark {
+        Remark { kind: self, text: text.into() }
+    }
+}
 
 /// What became of a model between its file and its trees.
 pub struct Remarks<'a> {
@@ -21,14 +52,21 @@ pub struct Remarks<'a> {
 }
 
 impl Remarks<'_> {
-    /// One line each, without the model's name.
-    pub fn warnings(&self, levels: Levels) -> Vec<String> {
+    /// In the order in which they are told.
+    pub fn warnings(&self, levels: Levels) -> Vec<Remark> {
+        let left_out = self.others_left_out().map(|what| Kind::LeftOut.remark(format!("left out {what}")));
+        let decided = self.decided().into_iter().map(|text| Kind::Decided.remark(text));
+        let rounding = self.rounded(levels).into_iter().map(|text| Kind::Rounding.remark(text));
+        let without_area = self.without_area().map(|what| {
+            let done = if self.read.degenerate == Degenerate::Keep { "kept" } else { "left out" };
+            Kind::WithoutArea.remark(format!("{done} {what}"))
+        });
+        without_area.into_iter().chain(left_out).chain(decided).chain(rounding).collect()
+    }
+
+    /// What rounding took of the model's shape.
+    fn rounded(&self, levels: Levels) -> Vec<String> {
         let mut lines = Vec::new();
-        lines.extend(self.left_out().map(|what| format!("left out {what}")));
-        lines.extend(self.decided());
-        if self.read.degenerate == Degenerate::Keep && self.report.degenerate_triangles > 0 {
-            lines.push(format!("kept {}", counted(self.report.degenerate_triangles, "triangle", " without area")));
-        }
         let Rounding { loss, rounded_before, grid, .. } = self.rounding;
         if let Some(apart) = rounded_before {
             lines.push(format!(
@@ -59,12 +97,10 @@ impl Remarks<'_> {
     }
 
     /// The warnings that nobody asked for: all, but for triangles without area where a policy for them was typed.
-    pub fn unasked(&self, levels: Levels, accepts_degenerate: bool) -> Vec<String> {
-        if !accepts_degenerate {
-            return self.warnings(levels);
-        }
-        let report = ReadReport { degenerate_triangles: 0, ..self.report.clone() };
-        Remarks { report: &report, read: self.read, rounding: self.rounding, placing: self.placing }.warnings(levels)
+    pub fn unasked(&self, levels: Levels, accepts_degenerate: bool) -> Vec<Remark> {
+        let mut remarks = self.warnings(levels);
+        remarks.retain(|remark| !(accepts_degenerate && remark.kind == Kind::WithoutArea));
+        remarks
     }
 
     /// What reading had to decide where the model does not say or may not be followed, each as a sentence.
@@ -93,14 +129,22 @@ impl Remarks<'_> {
     /// A model of which nothing is left.
     pub fn nothing(&self, model: &str) -> Failure {
         let mut failure = Failure::new(Exit::Model, format!("there is no triangle in {model}"));
-        if let Some(what) = self.left_out() {
-            failure = failure.fact(format!("reading left out {what}"));
+        let without_area = self.without_area().filter(|_| self.read.degenerate != Degenerate::Keep);
+        let left_out: Vec<String> = without_area.into_iter().chain(self.others_left_out()).collect();
+        if !left_out.is_empty() {
+            failure = failure.fact(format!("reading left out {}", left_out.join(", ")));
         }
         failure.help("a cache of nothing is written with --empty keep")
     }
 
-    /// What reading dropped, as a phrase, or `None` for a clean model.
-    fn left_out(&self) -> Option<String> {
+    /// Triangles without area as a phrase, if there are any.
+    fn without_area(&self) -> Option<String> {
+        let count = self.report.degenerate_triangles;
+        (count > 0).then(|| counted(count, "triangle", " without area"))
+    }
+
+    /// What else reading dropped, as a phrase, or `None` for a clean model.
+    fn others_left_out(&self) -> Option<String> {
         let report = self.report;
         let largest = match report.largest_magnitude {
             infinite if infinite == f64::INFINITY => format!("more than {:.1e}", f64::MAX),
@@ -111,9 +155,7 @@ impl Remarks<'_> {
         let first = report.first_unknown_statement.as_ref();
         let first = first.map(|s| format!(" (the first is '{}' in line {})", names::escape(&s.word), s.line));
         let first = first.unwrap_or_default();
-        let degenerate = if self.read.degenerate == Degenerate::Keep { 0 } else { report.degenerate_triangles };
         let found: Vec<String> = [
-            (degenerate, "triangle", " without area"),
             (report.non_finite_triangles, "triangle", " with NaN or infinite positions"),
             (report.out_of_range_triangles, "triangle", &reaching),
             (report.unknown_statements, "unknown statement", &first),
@@ -134,7 +176,7 @@ impl Remarks<'_> {
 }
 
 /// How many frames of a file have no triangle, if any, as the build told it.
-pub fn empty_frames(path: &Path, context: &Context) -> Result<Option<String>, Failure> {
+pub fn empty_frames(path: &Path, context: &Context) -> Result<Option<Remark>, Failure> {
     let sequence = caches::open_sequence(path, context)?;
     let mut empty = 0;
     for index in 0..sequence.frame_count() {
@@ -145,16 +187,17 @@ pub fn empty_frames(path: &Path, context: &Context) -> Result<Option<String>, Fa
 }
 
 /// What a build tells of so many frames without triangles.
-pub fn nothing_in(frames: u64) -> Option<String> {
-    (frames > 0).then(|| format!("there is no triangle in {}", figures::counted(frames, "frame", "frames")))
+pub fn nothing_in(frames: u64) -> Option<Remark> {
+    let text = || format!("there is no triangle in {}", figures::counted(frames, "frame", "frames"));
+    (frames > 0).then(|| Kind::Empty.remark(text()))
 }
 
 /// The failure where warnings are errors.
-pub fn with_warnings(model: &str, told: &[String]) -> Failure {
+pub fn with_warnings(model: &str, told: &[Remark]) -> Failure {
     let failure = Failure::new(Exit::Model, format!("cannot take {model} without warnings"));
-    let failure = told.iter().fold(failure, |failure, line| failure.fact(line.clone()));
-    let without_area = told.iter().any(|line| line.contains("without area"));
-    failure.help(if without_area {
+    let failure = told.iter().fold(failure, |failure, remark| failure.fact(remark.text.clone()));
+    let is_of_policy = told.iter().any(|remark| remark.kind == Kind::WithoutArea);
+    failure.help(if is_of_policy {
         "mend the model, or say that triangles without area are left out: --degenerate drop"
     } else {
         "mend what is told, or leave out --warnings-as-errors"
@@ -221,13 +264,13 @@ mod tests {
         let remarks = Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing };
         let said = remarks.warnings(Levels::One);
         assert!(
-            matches!(&said[..], [line] if line.contains("0.200") && line.contains("0.100 long (90%") && line.contains("--levels auto")),
+            matches!(&said[..], [Remark { kind: Kind::Rounding, text }] if text.contains("0.200") && text.contains("0.100 long (90%") && text.contains("--levels auto")),
             "{said:?}"
         );
-        assert!(remarks.warnings(Levels::Two)[0].contains("closer to the origin"));
+        assert!(remarks.warnings(Levels::Two)[0].text.contains("closer to the origin"));
         let rounding = Rounding { loss, rounded_before: Some(0.5), grid: Some(loss), ..Rounding::default() };
         let remarks = Remarks { rounding: &rounding, placing: &Placing::default(), ..remarks };
-        let said = remarks.warnings(Levels::Auto);
+        let said: Vec<String> = remarks.warnings(Levels::Auto).into_iter().map(|remark| remark.text).collect();
         assert!(
             matches!(&said[..], [before, now, grid] if before.contains("0.500 apart") && now.contains("split it") && grid.contains("more --vertex-bits")),
             "{said:?}"
@@ -244,11 +287,25 @@ mod tests {
         };
         assert_eq!(
             said(Degenerate::Drop),
-            ["left out 2 triangles without area, 1 triangle with NaN or infinite positions"]
+            [
+                Kind::WithoutArea.remark("left out 2 triangles without area"),
+                Kind::LeftOut.remark("left out 1 triangle with NaN or infinite positions")
+            ]
         );
         assert_eq!(
             said(Degenerate::Keep),
-            ["left out 1 triangle with NaN or infinite positions", "kept 2 triangles without area"]
+            [
+                Kind::WithoutArea.remark("kept 2 triangles without area"),
+                Kind::LeftOut.remark("left out 1 triangle with NaN or infinite positions")
+            ]
         );
+    }
+
+    #[test]
+    fn the_policy_is_named_for_triangles_without_area_and_for_no_words_about_them() {
+        let help = |remark: Remark| with_warnings("a.obj", &[remark]).help.unwrap();
+        assert!(help(Kind::WithoutArea.remark("2 of them")).contains("--degenerate drop"));
+        let named = Kind::LeftOut.remark("left out 1 unknown statement (the first is 'without area' in line 1)");
+        assert!(!help(named).contains("--degenerate"));
     }
 }

@@ -81,7 +81,7 @@ const EXAMPLES: &str = "Examples:
 
 pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
     let recipes = recipes::all(&args.recipes)?;
-    let args = &ChartArgs { models: patterns::expand(&args.models, "chart")?, ..args.clone() };
+    let args = &ChartArgs { models: patterns::expand(&args.models, patterns::MODELS, "chart")?, ..args.clone() };
     let outputs = [&args.output, &args.svg, &args.csv];
     for output in outputs.iter().copied().flatten() {
         outputs::writable(output)?;

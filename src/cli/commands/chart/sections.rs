@@ -147,6 +147,7 @@ fn told(model: &Model, args: &ChartArgs, context: &Context) -> Vec<String> {
         }
     }
     notes.extend(same.iter().map(|names| format!("The same figures of trees: {}.", names.join(", "))));
+    notes.extend(chosen_otherwise(rows));
     let rays: u64 = rows.first().map_or(0, |row| row.rays.sets.iter().map(|set| set.rays).sum());
     let threads = figures::counted(context.exec.threads() as u64, "thread", "threads");
     notes.push(format!(
@@ -155,6 +156,26 @@ fn told(model: &Model, args: &ChartArgs, context: &Context) -> Vec<String> {
         args.rays
     ));
     notes
+}
+
+/// Where a search chose another recipe than the one that costs least here: by what each of them judges.
+fn chosen_otherwise(rows: &[Row]) -> Option<String> {
+    let least = rows.iter().min_by(|a, b| a.rays.cost.total_cmp(&b.rays.cost))?;
+    let mut searches: Vec<&str> = rows.iter().flat_map(|row| &row.chosen_by).map(String::as_str).collect();
+    searches.retain(|search| {
+        let is_of = |row: &&Row| row.name == *search || row.chosen_by.iter().any(|by| by == search);
+        !rows.iter().filter(is_of).any(|row| row.rays.cost <= least.rays.cost)
+    });
+    searches.sort_unstable();
+    searches.dedup();
+    (!searches.is_empty()).then(|| {
+        format!(
+            "By these rays {} costs least. {} chose otherwise: a search judges by families of rays, those of a renderer, of light that is stored at surfaces and of \
+             queries from anywhere, and this chart by what four cameras around the scene see, one bounce off it and occlusion there.",
+            least.name,
+            searches.join(" and ")
+        )
+    })
 }
 
 /// What searches wrote down. A recipe that is among the rows is not told once more.

@@ -6,7 +6,7 @@ use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::drawing;
 use crate::cli::exit::Exit;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{Entry, Failure};
 use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::patterns;
@@ -22,7 +22,7 @@ use std::path::Path;
 struct Document<'a> {
     schema: &'static str,
     seed: u64,
-    files: &'a [Measured],
+    files: &'a [Entry<Measured>],
     /// With several files: errors added up, speeds and visits as geometric means.
     #[serde(skip_serializing_if = "Option::is_none")]
     all: Option<&'a Report>,
@@ -40,7 +40,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     let full = Measure::default();
     let rays = args.rays.unwrap_or(full.rays);
     let how = Measure { rays, timed: full.timed.min(rays), seed: args.seed, ..full };
-    let named = patterns::expand(&args.files, "verify")?;
+    let named = patterns::expand(&args.files, patterns::CACHES, "verify")?;
     let (files, exit) = caches::each(&named, context, |path| {
         let report = one(path, args, &how, context)?;
         let measured = Measured { path: path.to_string_lossy().into_owned(), report };
@@ -49,7 +49,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         }
         Ok(measured)
     });
-    let reports: Vec<Report> = files.iter().map(|f| f.report.clone()).collect();
+    let reports: Vec<Report> = files.iter().filter_map(Entry::done).map(|f| f.report.clone()).collect();
     let all = Report::of_all(&reports).filter(|_| reports.len() > 1);
     let subject = match &named[..] {
         [one] => names::path(one),

@@ -36,6 +36,9 @@ pub fn parse(text: &str) -> Result<Wanted, String> {
     }
 }
 
+/// Told where devices would be welcome, and there are none.
+const NO_DEVICE: &str = "there is no OpenCL device: verifying on the CPU alone";
+
 /// The OpenCL devices of a run, opened once for all files. The CPU needs no opening.
 pub struct Bench {
     #[cfg(feature = "opencl")]
@@ -77,11 +80,14 @@ impl Bench {
         let numbers = match (wanted, best) {
             ([], Some(best)) => vec![best.index],
             ([], None) => {
-                context.terminal.note("there is no OpenCL device: verifying on the CPU alone");
+                context.terminal.note(NO_DEVICE);
                 Vec::new()
             }
             _ => numbers(wanted, &listed)?,
         };
+        if numbers.is_empty() && wanted.contains(&Wanted::All) {
+            context.terminal.note(NO_DEVICE);
+        }
         let contexts = numbers.into_iter().map(|n| opencl::Context::open(n, opencl::Options::default()));
         let contexts = contexts.collect::<Result<Vec<_>, _>>().map_err(|e| failure(&e))?;
         Ok(Bench { contexts })
@@ -174,9 +180,15 @@ fn described(device: &opencl::DeviceInfo) -> String {
 
 #[cfg(not(feature = "opencl"))]
 impl Bench {
-    pub fn open(wanted: &[Wanted], required: bool, _: &Context) -> Result<Bench, Failure> {
+    pub fn open(wanted: &[Wanted], required: bool, context: &Context) -> Result<Bench, Failure> {
         let named = wanted.iter().any(|w| matches!(w, Wanted::OpenCl | Wanted::Number(_)));
-        if required || named { Err(left_out()) } else { Ok(Bench {}) }
+        if required || named {
+            return Err(left_out());
+        }
+        if wanted.contains(&Wanted::All) {
+            context.terminal.note(NO_DEVICE);
+        }
+        Ok(Bench {})
     }
 
     fn opened<'a>(&'a self, _: View<'a>) -> Result<Vec<Box<dyn Device + 'a>>, DeviceError> {

@@ -2,6 +2,7 @@
 
 use super::file::Verified;
 use crate::cli::exit::Exit;
+use crate::cli::failure::Entry;
 use crate::trace::Hit;
 use crate::verify::{
     Asked, Blame, Class, Counts, DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Placed, Plan, Query, Reference,
@@ -18,11 +19,11 @@ pub struct Document<'a> {
     sets: Vec<&'static str>,
     asked: &'static str,
     reference: &'static str,
-    files: &'a [FileDocument],
+    files: &'a [Entry<FileDocument>],
 }
 
 impl<'a> Document<'a> {
-    pub fn new(exit: Exit, plan: &Plan, files: &'a [FileDocument]) -> Document<'a> {
+    pub fn new(exit: Exit, plan: &Plan, files: &'a [Entry<FileDocument>]) -> Document<'a> {
         Document {
             schema: "bvhc.verify.v1",
             exit_code: exit.code(),
@@ -55,6 +56,8 @@ pub struct FileDocument {
     placing: Option<Placed>,
     devices: Vec<DeviceDocument>,
     oracle: OracleOutcome,
+    /// Nodes that wait at most on the stack of a traversal.
+    stack: u32,
 }
 
 #[derive(Serialize)]
@@ -168,6 +171,7 @@ impl FileDocument {
             placing: verified.placed.clone(),
             devices: verified.outcome.devices.iter().map(device).collect(),
             oracle: verified.outcome.oracle,
+            stack: verified.stack,
         }
     }
 }

@@ -4,7 +4,7 @@ use super::devices::{self, Bench};
 use super::{Frames, VerifyArgs};
 use crate::cache::check::{Finding, Limits};
 use crate::cache::rules::{self, Severity};
-use crate::cache::{self, Cache, Codec, Image, Meta, OpenOptions, Sequence, Validation, WriteOptions};
+use crate::cache::{self, Cache, Codec, Image, Meta, OpenOptions, Sequence, Validation, View, WriteOptions};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -14,6 +14,7 @@ use crate::cli::progress::Bar;
 use crate::cli::source::{self, Stated};
 use crate::compile::{self, LaidOut};
 use crate::geom::Affine;
+use crate::layout::max_depth;
 use crate::scene::{Instance, Scene};
 use crate::verify::{Cpu, Outcome, Placed, Plan, Subject, VerifyError, is_of_model, placed, scene_of_file};
 use std::path::{Path, PathBuf};
@@ -30,6 +31,8 @@ pub struct Verified {
     /// Whether these are fewer than a run takes elsewhere.
     pub is_lowered: bool,
     pub outcome: Outcome,
+    /// Nodes that wait at most on the one stack of a traversal which goes to the nearer child at once (SPEC.md, section 10.1).
+    pub stack: u32,
     /// Whether the triangles are where the model has them.
     pub placed: Option<Placed>,
 }
@@ -139,12 +142,18 @@ fn verify_opened(
             Some(finding) => Err(broken(&finding, path).fact("no ray showed it")),
             None => {
                 let (path, source, rays) = (path.to_path_buf(), args.source.clone(), plan.rays);
-                Ok(Verified { path, frame: None, source, rays, is_lowered: rays < most, outcome, placed })
+                let (is_lowered, stack) = (rays < most, stack(&cache.view()));
+                Ok(Verified { path, frame: None, source, rays, is_lowered, outcome, stack, placed })
             }
         },
         Err(VerifyError::Device(error)) => Err(of_this_file(devices::failure(&error))),
         Err(VerifyError::Cancelled) => Err(Failure::interrupted()),
     }
+}
+
+fn stack(view: &View<'_>) -> u32 {
+    let bottom = view.blases.iter().map(|blas| blas.max_depth).max().unwrap_or(0);
+    bottom + max_depth(view.tlas_nodes)
 }
 
 /// Rules without which there is nothing to trace: the records are no tree, or no numbers. And the hole in a cut triangle, which is proved

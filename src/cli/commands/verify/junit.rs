@@ -36,19 +36,26 @@ pub fn suite(path: &Path, frame: Option<i32>, result: &Result<Verified, Failure>
             let placed = verified.placed.as_ref().map(placing);
             placed.into_iter().chain(verified.outcome.devices.iter().flat_map(cases)).collect()
         }
-        Err(failure) => vec![Case {
-            name: "open".to_string(),
-            seconds: spent.as_secs_f64(),
-            trouble: Some(Trouble {
-                element: "error",
-                kind: failure.exit.name().to_string(),
-                message: failure.action.clone(),
-                detail: failure.to_text(str::to_string),
-            }),
-        }],
+        Err(failure) => vec![not_done("open", failure, spent)],
     };
     let frame = frame.map_or_else(String::new, |number| format!(" frame {number}"));
     Suite { name: path.to_string_lossy().into_owned() + &frame, seconds: spent.as_secs_f64(), cases }
+}
+
+/// The suite of a run whose devices could not be opened, so that no file was.
+pub fn without_devices(failure: &Failure, spent: Duration) -> Suite {
+    Suite { name: "devices".to_string(), seconds: spent.as_secs_f64(), cases: vec![not_done("open", failure, spent)] }
+}
+
+/// A case without a verdict.
+fn not_done(name: &str, failure: &Failure, spent: Duration) -> Case {
+    let trouble = Trouble {
+        element: "error",
+        kind: failure.exit.name().to_string(),
+        message: failure.action.clone(),
+        detail: failure.to_text(str::to_string),
+    };
+    Case { name: name.to_string(), seconds: spent.as_secs_f64(), trouble: Some(trouble) }
 }
 
 /// Whether the triangles are where the model has them.

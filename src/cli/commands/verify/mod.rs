@@ -10,12 +10,14 @@ mod file;
 mod junit;
 mod ray;
 mod text;
+#[cfg(feature = "opencl")]
+mod watchdog;
 
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::drawing;
 use crate::cli::exit::Exit;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{Entry, Failure};
 use crate::cli::figures;
 use crate::cli::patterns;
 use crate::cli::source::SourceReading;
@@ -41,7 +43,7 @@ use std::time::{Duration, Instant};
     after_help = "Examples:\n  bvhc verify rock.bvhc --source rock.glb\n  bvhc verify *.bvhc --device all --rays 10M --junit verify.xml\n  bvhc verify rock.bvhc --ray 0.5,0.2,-3,0,0,1\n  bvhc verify rock.bvhc --accuracy --svg rock.svg\n  bvhc verify --list-devices"
 )]
 pub struct VerifyArgs {
-    /// Cache files
+    /// Cache files, folders of them, or quoted patterns such as 'caches/**/*.bvhc'
     #[arg(required_unless_present = "list_devices", value_name = "FILE")]
     files: Vec<PathBuf>,
     /// The model that the files should hold; without it, their own triangles are taken to be right
@@ -77,17 +79,23 @@ pub struct VerifyArgs {
     /// What judges
     #[arg(long, value_enum, value_name = "WHAT", default_value = "bvh")]
     reference: ReferenceName,
+    /// Rays that brute force judges in its sample, in equal shares from every set [default: as many as take it a few seconds]
+    #[arg(long, value_name = "N", value_parser = ray_count)]
+    judge: Option<u64>,
+    /// Give up where a device has not come back from one call for so long; calls are made to take less than a second. 0s waits for ever [default: 120s]
+    #[arg(long, value_name = "TIME", value_parser = figures::parse_seconds)]
+    device_timeout: Option<Duration>,
     /// Write a JUnit report for CI: a suite for each file, a case for each device and set of rays
     #[arg(long, value_name = "FILE", conflicts_with = "ray")]
     junit: Option<PathBuf>,
     /// Trace this one ray and show all that traversal does: ox,oy,oz,dx,dy,dz[,tmin,tmax]
     #[arg(long, value_name = "RAY", allow_hyphen_values = true, value_parser = read_ray)]
-    #[arg(conflicts_with_all = ["rays", "seed", "rays_from", "any_hit", "reference"])]
+    #[arg(conflicts_with_all = ["rays", "seed", "rays_from", "any_hit", "reference", "judge"])]
     ray: Option<Ray>,
     /// Trace instead by a dozen arithmetics, from plain f32 to ours, and count for each what brute force finds wrong, how far
     /// distances are off, and how fast it is on one thread of this machine
     #[arg(long)]
-    #[arg(conflicts_with_all = ["devices", "list_devices", "require_device", "rays_from", "any_hit", "reference", "junit", "ray"])]
+    #[arg(conflicts_with_all = ["devices", "list_devices", "require_device", "rays_from", "any_hit", "reference", "judge", "device_timeout", "junit", "ray"])]
     accuracy: bool,
     /// Draw speed against accuracy, of several files together
     #[arg(long, value_name = "FILE", requires = "accuracy")]
@@ -150,7 +158,31 @@ fn parse_sets(text: &str) -> Result<Sets, String> {
     set_named(text).map(|set| Sets(vec![set])).ok_or_else(unknown)
 }
 
+/// More than any compiler of kernels has taken.
+#[cfg(feature = "opencl")]
+const DEVICE_TIMEOUT: Duration = Duration::from_secs(120);
+
+/// Refuse flags that the others leave without effect.
+fn reads_all(args: &VerifyArgs) -> Result<(), Failure> {
+    let on_cpu = !args.devices.is_empty() && args.devices.iter().all(|device| *device == Wanted::Cpu);
+    let refuse = |flag: &str, fact: &str| {
+        Err(Failure::new(Exit::Usage, format!("cannot verify with {flag}"))
+            .fact(fact)
+            .help(format!("leave out {flag}")))
+    };
+    if args.judge.is_some() && matches!(args.reference, ReferenceName::Brute) {
+        return refuse("--judge", "with --reference brute, every ray is judged");
+    }
+    if args.device_timeout.is_some() && on_cpu && !args.require_device {
+        return refuse("--device-timeout", "it is about OpenCL devices, and --device names the CPU alone");
+    }
+    Ok(())
+}
+
 pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
+    reads_all(args)?;
+    #[cfg(feature = "opencl")]
+    watchdog::watch(args.device_timeout.unwrap_or(DEVICE_TIMEOUT), args.junit.clone(), context);
     if args.list_devices {
         return devices::list(context);
     }
@@ -159,7 +191,13 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     if args.accuracy {
         return accuracy::run(args, context);
     }
-    let bench = Bench::open(&args.devices, args.require_device, context)?;
+    let opened = Instant::now();
+    let bench = Bench::open(&args.devices, args.require_device, context);
+    if let (Err(failure), Some(path)) = (&bench, &args.junit) {
+        // A CI system that finds no report may take the step for one that did not run.
+        junit::write(path, &[junit::without_devices(failure, opened.elapsed())])?;
+    }
+    let bench = bench?;
     if let Some(ray) = &args.ray {
         return ray::run(ray, args, &bench, context);
     }
@@ -172,7 +210,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         exits: Vec::new(),
         frames: FrameSum::default(),
     };
-    for path in &patterns::expand(&args.files, "verify")? {
+    for path in &patterns::expand(&args.files, patterns::CACHES, "verify")? {
         let mut start = Instant::now();
         // A sequence is verified frame by frame, whether or not it was asked for.
         let whole = args.source.is_none() && caches::is_sequence(path, context);
@@ -190,10 +228,10 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         match done {
             Ok(()) => {}
             Err(failure) if failure.silent || failure.exit == Exit::Interrupted => {
-                verdicts.fail(failure);
+                verdicts.fail(path, None, failure);
                 break;
             }
-            Err(failure) => verdicts.fail(failure),
+            Err(failure) => verdicts.fail(path, None, failure),
         }
     }
     let Verdicts { documents, suites, exits, .. } = verdicts;
@@ -234,7 +272,7 @@ impl FrameSum {
 struct Verdicts<'a> {
     context: &'a Context,
     plan: &'a Plan,
-    documents: Vec<FileDocument>,
+    documents: Vec<Entry<FileDocument>>,
     suites: Vec<junit::Suite>,
     exits: Vec<Exit>,
     /// Of the sequence at hand.
@@ -255,7 +293,7 @@ impl Verdicts<'_> {
             Ok(verified) => verified,
             Err(failure) if failure.exit == Exit::Interrupted => return Err(failure),
             Err(failure) => {
-                self.fail(failure);
+                self.fail(path, frame, failure);
                 return Ok(());
             }
         };
@@ -265,7 +303,7 @@ impl Verdicts<'_> {
         }
         self.frames.add(&verified);
         self.exits.push(verified.exit());
-        self.documents.push(FileDocument::new(&verified));
+        self.documents.push(Entry::Done(FileDocument::new(&verified)));
         Ok(())
     }
 
@@ -279,9 +317,10 @@ impl Verdicts<'_> {
         terminal.print(&text::sum(path, &self.frames, self.context))
     }
 
-    fn fail(&mut self, failure: Failure) {
+    fn fail(&mut self, path: &Path, frame: Option<i32>, failure: Failure) {
         self.context.terminal.error(&failure);
         self.exits.push(failure.exit);
+        self.documents.push(Entry::failed(path, frame, &failure));
     }
 }
 
@@ -297,6 +336,7 @@ fn plan(args: &VerifyArgs) -> Plan {
             ReferenceName::Bvh => Reference::Bvh,
             ReferenceName::Brute => Reference::Brute,
         },
+        judged: args.judge,
         ..Plan::default()
     }
 }

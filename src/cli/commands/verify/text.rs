@@ -55,6 +55,10 @@ pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
         );
     }
     text.push_str(&oracle(&outcome.oracle, verified.rays));
+    if terminal.verbose > 0 {
+        let entries = figures::counted(verified.stack.into(), "node waits", "nodes wait");
+        text.push_str(&format!("at most {entries} on the stack of a traversal, by the depth of the trees\n"));
+    }
     text.push_str(&verified.placed.as_ref().map(placing).unwrap_or_default());
     let first = outcome.devices.first().and_then(|d| d.first_mismatch.as_ref());
     for (i, device) in outcome.devices.iter().enumerate() {
@@ -128,7 +132,7 @@ fn oracle(oracle: &OracleOutcome, rays: u64) -> String {
     let all = if oracle.rays == rays { "all" } else { "a sample of" };
     tested
         + &format!(
-            "brute force over {} triangles judges {all} {}: {} missed, {} farther, {} false; {}, {} grazing, {} unsure\n",
+            "brute force over {} triangles judges {all} {}: {} missed, {} farther, {} false; {}, {} grazing, {} unsure; {}\n",
             figures::count(oracle.triangles),
             figures::counted(oracle.rays, "ray", "rays"),
             figures::count(oracle.missed),
@@ -137,6 +141,7 @@ fn oracle(oracle: &OracleOutcome, rays: u64) -> String {
             figures::counted(oracle.ties, "tie", "ties"),
             figures::count(oracle.grazing),
             figures::count(oracle.unsure),
+            figures::seconds(Duration::from_secs_f64(oracle.seconds)),
         )
 }
 
@@ -193,7 +198,7 @@ fn told(m: &Mismatch, verified: &Verified, mismatches: u64) -> String {
     let ray = write_ray(&m.ray);
     if let Some(number) = verified.frame {
         text.push_str(&format!(
-            "help: bvhc convert {name} -o STILL --frame {number}, then bvhc verify STILL --ray {ray}\n"
+            "help: bvhc convert {name} -o STILL --frame {number} && bvhc verify STILL --ray {ray}\n"
         ));
         return text;
     }

@@ -3,6 +3,7 @@
 mod chosen;
 
 use crate::build::Named;
+use crate::cli::commands::build::remarks::{Kind, Remark};
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
@@ -23,9 +24,9 @@ pub struct FrameArgs {
     /// to the last that is there
     #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
     pub frames: Option<Numbers>,
-    /// What to do where a frame is not there
-    #[arg(long, value_enum, value_name = "POLICY", default_value = "error")]
-    pub missing: Missing,
+    /// What to do where a frame is not there [default: error]
+    #[arg(long, value_enum, value_name = "POLICY")]
+    pub missing: Option<Missing>,
     /// Play a glTF clip as a sequence with so many frames a second, or `auto`: as many as its keys have where
     /// they are uniform, else 24
     #[arg(long, value_name = "N|auto", value_parser = Fps::parse, conflicts_with = "time")]
@@ -174,7 +175,7 @@ pub struct Sequence {
     /// What might not be meant, as warnings.
     pub warnings: Vec<String>,
     /// Those of them that `--missing` does not ask for.
-    pub unasked: Vec<String>,
+    pub unasked: Vec<Remark>,
 }
 
 /// What to do about a name that is not quite a pattern.
@@ -238,6 +239,7 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
     };
 
     // Go through the numbers in order, and see to those that have no file.
+    let policy = args.missing.unwrap_or(Missing::Error);
     let there = format!("{}, {first} to {last}", figures::counted(folder.files.len() as u64, "frame", "frames"));
     let numbers = wanted.map_or_else(|| folder.expected(), |list| Some(list.list().to_vec())).ok_or_else(|| {
         refuse(
@@ -252,13 +254,14 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
         1 => format!("frame {gaps} is missing"),
         n => format!("{} frames are missing: {gaps}", figures::count(n as u64)),
     };
-    if !absent.is_empty() && args.missing == Missing::Error {
-        return Err(refuse(Exit::Io, format!("{missing}; there are {there}"))
-            .help("--missing skip leaves such frames out, and --missing hold builds the frame before once more"));
+    if !absent.is_empty() && policy == Missing::Error {
+        return Err(
+            refuse(Exit::Io, format!("{missing}; there are {there}")).help("leave such frames out with --missing skip")
+        );
     }
     let mut frames: Vec<Frame> = Vec::new();
     for number in numbers {
-        match (folder.files.get(&number), frames.last(), args.missing) {
+        match (folder.files.get(&number), frames.last(), policy) {
             (Some(name), ..) => {
                 let path = pattern.file(name);
                 frames.push(Frame { number, model: path.clone(), path });
@@ -284,7 +287,7 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
 
     let mut warnings = Vec::new();
     if !absent.is_empty() {
-        let done = if args.missing == Missing::Hold { "the frame before is held" } else { "left out" };
+        let done = if policy == Missing::Hold { "the frame before is held" } else { "left out" };
         warnings.push(format!("{shown}: {missing} ({done})"));
     }
     let asked = warnings.len();
@@ -296,7 +299,7 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
         warnings.push(format!("{shown}: a frame number beyond {} left out: {}", i32::MAX, names::escape(name)));
     }
     let summary = format!("{shown}: {there}");
-    let unasked = warnings[asked..].to_vec();
+    let unasked = warnings[asked..].iter().map(|warning| Kind::Frames.remark(warning)).collect();
     Ok(Sequence { frames, summary, warnings, unasked })
 }
 

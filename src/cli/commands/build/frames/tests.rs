@@ -10,7 +10,7 @@ fn folder(names: &[&str]) -> tempfile::TempDir {
 fn args(frames: Option<&str>, missing: Missing) -> FrameArgs {
     FrameArgs {
         frames: frames.map(|list| list.parse().unwrap()),
-        missing,
+        missing: Some(missing),
         fps: None,
         play: None,
         refit: None,

@@ -1,10 +1,8 @@
 //! Flags that choose what of a model is read.
 
 use crate::cli::advice;
-use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
-use crate::cli::names;
-use crate::cli::reading::ModelReading;
+use crate::cli::reading::{ModelReading, not_of_obj};
 use crate::scene::{AnimationChoice, Format, ReadOptions, VertexBits};
 use clap::Args;
 use std::path::Path;
@@ -48,29 +46,44 @@ impl ReadArgs {
         ReadOptions { vertices, vertex_bits, ..self.model.resolve() }
     }
 
-    /// Refuse to choose a scene or an animation of a model that has none to choose from. `content` is the model itself where it came from standard input.
-    /// The format of a file is told as the reader tells it.
-    pub fn suit(&self, model: &Path, content: Option<&[u8]>) -> Result<(), Failure> {
-        let chosen = [
-            ("--scene", "scenes", self.model.scene.map(|number| format!("--scene {number}"))),
-            ("--clip", "animations", self.model.clip.as_ref().map(|_| "--clip".to_owned())),
-            ("--time", "animations", self.model.time.map(|time| format!("--time {time}"))),
-        ];
-        let chosen = chosen.into_iter().find_map(|(flag, things, given)| Some((flag, things, given?)));
-        let Some((flag, things, given)) = chosen else { return Ok(()) };
-        let format = match content {
+    /// Refuse to permit what none of the models asks for: OBJ models name no buffers and have no extensions. Beside a glTF model they may stand.
+    pub fn suit_any<'m>(&self, models: impl Iterator<Item = (&'m Path, Option<&'m [u8]>)>) -> Result<(), Failure> {
+        let Some((flag, things)) = self.model.permission() else { return Ok(()) };
+        let mut models = models.peekable();
+        let Some(first) = models.peek().map(|(model, _)| *model) else { return Ok(()) };
+        match models.all(|(model, content)| self.format(model, content) == Some(Format::Obj)) {
+            true => Err(not_of_obj(first, flag, flag, things)),
+            false => Ok(()),
+        }
+    }
+
+    /// As the reader tells it. `content` is the model itself where it came from standard input.
+    fn format(&self, model: &Path, content: Option<&[u8]>) -> Option<Format> {
+        match content {
             Some(bytes) => self.input_format.map(Format::from).or_else(|| Format::sniff(bytes)),
             None => Format::from_extension(model).or_else(|| Format::sniff(&std::fs::read(model).ok()?)),
+        }
+    }
+
+    /// Refuse to choose a scene or an animation of a model that has none to choose from. `content` is the model itself where it came from standard input.
+    pub fn suit(&self, model: &Path, content: Option<&[u8]>) -> Result<(), Failure> {
+        let Some((flag, things)) = self.model.choice() else { return Ok(()) };
+        let given = match (flag, self.model.scene, self.model.time) {
+            ("--scene", Some(number), _) => format!("--scene {number}"),
+            ("--time", _, Some(time)) => format!("--time {time}"),
+            _ => flag.to_owned(),
         };
-        if format != Some(Format::Obj) {
+        if self.format(model, content) != Some(Format::Obj) {
             return Ok(());
         }
         let cut = match &self.model.clip {
             Some(AnimationChoice::Name(name)) if flag == "--clip" => advice::cut(name),
             _ => None,
         };
-        Err(Failure::new(Exit::Usage, format!("cannot read {} with {given}", names::path(model)))
-            .fact(format!("it is an OBJ model, which has no {things}; only glTF models have"))
-            .help(cut.unwrap_or_else(|| format!("leave out {flag}"))))
+        let refused = not_of_obj(model, &given, flag, things);
+        Err(match cut {
+            Some(help) => refused.help(help),
+            None => refused,
+        })
     }
 }

@@ -3,13 +3,13 @@
 mod again;
 mod told;
 
-use super::Empty;
 use super::frames::{Fps, Frames, MOST_FRAMES, OneFrame, TreeChoice};
 use super::inputs;
 use super::make::{Made, Workshop, changed_meanwhile, unchanged};
 use super::outcome::{Arrival, Built, SequenceBuilt, Times};
 use super::plan::Job;
 use super::remarks::{Remarks, nothing_in};
+use super::{Empty, nameable};
 use crate::build::{BuildOptions, Levels, Named, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Meta, WriteSummary};
@@ -25,7 +25,7 @@ use crate::scene::{self, Animation, Clip, Degenerate, InputFile, ReadOptions, Sc
 use crate::sequence::{FrameLabel, Incoming, Refit, RefitPolicy, SequenceBuilder, SequenceError, Trees};
 use again::Plan;
 use std::time::{Duration, Instant};
-use told::{Arrived, Told, arrive};
+use told::{Arrived, Told, arrive, own_cuts};
 
 /// Frames a second of a clip whose keys are not uniform.
 const FILM: f64 = 24.0;
@@ -120,6 +120,7 @@ impl Workshop<'_> {
             }
         }
         self.not_an_input(job, &told.inputs)?;
+        nameable(job, self.args, told.inputs.iter().map(|input| input.path.as_path()))?;
 
         let read_time = told.reading(start.elapsed());
         let Told { mut report, rounding, placing, inputs, frames, troubled, changed, read: were_read, .. } = told;
@@ -131,11 +132,11 @@ impl Workshop<'_> {
         if frames.iter().all(|frame| frame.triangles == 0) && self.args.empty == Empty::Error {
             return Err(remarks.nothing(&model));
         }
-        let mut lines = remarks.warnings(Levels::Two);
+        let mut warnings = remarks.warnings(Levels::Two);
         let empty = nothing_in(frames.iter().filter(|frame| frame.triangles == 0).count() as u64);
         let mut unasked = remarks.unasked(Levels::Two, self.accepts_degenerate());
         unasked.extend(empty.clone());
-        lines.extend(empty);
+        warnings.extend(empty);
         let place = match troubled[..] {
             [] => name.clone(),
             [only] => format!("{name}, frame {only}"),
@@ -143,8 +144,12 @@ impl Workshop<'_> {
                 format!("{name}, {} from {first} on", figures::counted(troubled.len() as u64, "frame", "frames"))
             }
         };
-        lines.iter().for_each(|line| self.context.terminal.warn(&format!("{place}: {line}")));
+        warnings.iter().for_each(|warning| self.context.terminal.warn(&format!("{place}: {}", warning.text)));
         self.forgive(&place, &unasked)?;
+
+        if let Some(note) = own_cuts(&frames) {
+            self.context.terminal.note(&format!("{name}: {note}"));
+        }
 
         bar.spin("writing");
         let build_time = start.elapsed().saturating_sub(read_time);
@@ -161,7 +166,7 @@ impl Workshop<'_> {
             self.check(job, written.header.file_id)?;
         }
         let times = Times::new(read_time, build_time, start.elapsed());
-        let arrival = Arrival { read: report, rounding, placing, posed: None, remarks: lines };
+        let arrival = Arrival::new(report, rounding, placing, None, warnings);
         Ok(self.made(&written, SequenceBuilt::new(frames, surveyed, were_read.len() as u64), inputs, arrival, times))
     }
 

@@ -3,6 +3,7 @@
 use crate::build::Levels;
 use crate::cli::commands::build::remarks::Remarks;
 use crate::cli::failure::Failure;
+use crate::cli::figures;
 use crate::compile::Placing;
 use crate::scene::{InputFile, ReadOptions, ReadReport, Rounding, Scene};
 use crate::sequence::{FrameLabel, FrameOutcome, Incoming, Preparer};
@@ -116,6 +117,20 @@ impl Told {
         }
         self.frames.push(frame);
     }
+}
+
+/// Why there are more trees than were asked for, where faces are cut otherwise in some frames.
+pub fn own_cuts(frames: &[FrameOutcome]) -> Option<String> {
+    let mut numbers = frames.iter().filter(|frame| frame.own_cuts > 0).map(|frame| frame.number);
+    let first = numbers.next()?;
+    let place = match numbers.count() as u64 {
+        0 => format!("in frame {first}"),
+        others => format!("in {} from {first} on", figures::counted(1 + others, "frame", "frames")),
+    };
+    Some(format!(
+        "{place} faces have bent so far that they are cut into other triangles than in the first frame; each cut has trees of its own, so \
+         that there may be more than --trees says"
+    ))
 }
 
 #[cfg(test)]

@@ -1,0 +1,208 @@
+//! What clap says only in part: why two flags do not go together, and that a value came from the environment.
+
+use super::exit::Exit;
+use super::failure::Failure;
+use clap::Error;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use std::error::Error as _;
+use std::ffi::OsString;
+
+/// Why a flag does not go with some others. In what helps, `{other}` is the other flag that was typed.
+struct Conflict {
+    flag: &'static str,
+    others: &'static [&'static str],
+    why: &'static str,
+    help: &'static str,
+}
+
+const OTHER: &str = "leave out {other}";
+const TAKE_OUT: &str = "take a frame out as a still file: bvhc convert FILE -o STILL --frame N";
+
+const CONFLICTS: [Conflict; 26] = [
+    row("--quiet", &["--verbose"], "one asks for fewer words and the other for more", "leave out --quiet"),
+    // build
+    row("--fps", &["--time"], "a clip is played as many frames, or posed at one time", "leave out --time"),
+    row("--play", &["--time"], "a clip is played as many frames, or posed at one time", "leave out --time"),
+    row("--keyframe-every", &["--trees"], "keyframes imply --trees first", "leave out --trees"),
+    row("--flatten", &["--levels"], "--flatten is short for --levels one", "leave out --flatten"),
+    row(
+        "--depfile-dir",
+        &["--depfile"],
+        "one names a file and the other a folder for all of them",
+        "leave out --depfile",
+    ),
+    row(
+        "--depfile-dir",
+        &["--depfile-target"],
+        "each depfile has the target that is its output",
+        "leave out --depfile-target",
+    ),
+    // stats, info, explain
+    row("--csv", &["--json"], "both are forms of what is printed", "leave out --csv"),
+    row("--frames", &["--epo", "--depths"], "the frames of a sequence are told by a row each", OTHER),
+    row("--compare", &["--csv"], "what changed is told as text or as --json", OTHER),
+    row("--compare", &["--frames", "--depths"], "what changed is told of still files, a figure a row", OTHER),
+    row("--field", &["--sections", "--json"], "--field prints one value and nothing else", OTHER),
+    row("--list", &["ID"], "--list shows every rule", "leave out --list"),
+    // chart, convert
+    row("--markdown", &["--json"], "both are forms of what is printed", "leave out --markdown"),
+    row("--drop-meta", &["--frame"], "a frame is taken out with META of its own", "leave out --drop-meta"),
+    row("--strip-unknown", &["--frame"], "a frame is taken out with known sections alone", "leave out --strip-unknown"),
+    // view
+    row("--html", &["--output", "--tree", "--terminal"], "a run makes a page, a picture or an outline", OTHER),
+    row(
+        "--html",
+        &["--shade", "--size", "--samples", "--scale", "--boxes"],
+        "whoever reads the page chooses that in the browser",
+        OTHER,
+    ),
+    row("--tree", &["--output", "--terminal"], "a run makes a picture or an outline", OTHER),
+    row("--terminal", &["--json"], "a picture and a document would be printed in one place", "leave out --terminal"),
+    row(
+        "--tree",
+        &["--shade", "--camera", "--up", "--size", "--samples", "--scale", "--boxes"],
+        "an outline is text, and that is about pictures",
+        OTHER,
+    ),
+    row("--compare", &["--tree", "--root"], "two files are compared as pictures of all that is in them", OTHER),
+    // verify
+    row(
+        "--frame",
+        &["--source"],
+        "each frame is verified against its own triangles; a model is one moment of them",
+        TAKE_OUT,
+    ),
+    row("--frame", &["--ray", "--accuracy"], "that is asked of still files", TAKE_OUT),
+    row(
+        "--ray",
+        &["--rays", "--seed", "--rays-from", "--any-hit", "--reference", "--judge", "--junit"],
+        "one ray is given and told of, and no others are made",
+        OTHER,
+    ),
+    row(
+        "--accuracy",
+        &[
+            "--device",
+            "--list-devices",
+            "--require-device",
+            "--rays-from",
+            "--any-hit",
+            "--reference",
+            "--judge",
+            "--device-timeout",
+            "--junit",
+            "--ray",
+        ],
+        "arithmetics are compared on the CPU, by rays of their own",
+        OTHER,
+    ),
+];
+
+const fn row(flag: &'static str, others: &'static [&'static str], why: &'static str, help: &'static str) -> Conflict {
+    Conflict { flag, others, why, help }
+}
+
+/// The global flags that the environment sets, with their short forms.
+const ENVIRONMENT: [(&str, Option<char>, &str); 3] =
+    [("--jobs", Some('j'), "BVHC_JOBS"), ("--max-memory", None, "BVHC_MAX_MEMORY"), ("--color", None, "BVHC_COLOR")];
+
+/// What is said instead of clap's own words, if there is more to say.
+pub fn instead_of(error: &Error, args: &[OsString]) -> Option<Failure> {
+    match error.kind() {
+        ErrorKind::ArgumentConflict => conflict(error),
+        ErrorKind::InvalidValue | ErrorKind::ValueValidation => from_environment(error, args),
+        _ => None,
+    }
+}
+
+fn conflict(error: &Error) -> Option<Failure> {
+    let words = |kind| match error.get(kind) {
+        Some(ContextValue::String(one)) => vec![name(one)],
+        Some(ContextValue::Strings(several)) => several.iter().map(|one| name(one)).collect(),
+        _ => Vec::new(),
+    };
+    let typed = words(ContextKind::InvalidArg).into_iter().next()?;
+    let other = words(ContextKind::PriorArg).into_iter().next().unwrap_or_else(|| typed.clone());
+    if typed == other {
+        return Some(Failure::new(Exit::Usage, format!("cannot take {typed} twice")).help("give it once"));
+    }
+    let (why, help) = told(&typed, &other)?;
+    Some(Failure::new(Exit::Usage, format!("cannot take {typed} together with {other}")).fact(why).help(help))
+}
+
+/// Why two flags do not go together, and what helps.
+fn told(a: &str, b: &str) -> Option<(&'static str, String)> {
+    [(a, b), (b, a)].into_iter().find_map(|(flag, other)| {
+        let row = CONFLICTS.iter().find(|row| row.flag == flag && row.others.contains(&other))?;
+        Some((row.why, row.help.replace("{other}", other)))
+    })
+}
+
+/// `--frame <all|LIST>` as `--frame`, `[ID]...` as `ID`.
+fn name(shown: &str) -> String {
+    shown.split(' ').next().unwrap_or_default().trim_matches(['<', '>', '[', ']', '.']).to_owned()
+}
+
+/// Where nobody typed the flag, its value is the environment's.
+fn from_environment(error: &Error, args: &[OsString]) -> Option<Failure> {
+    let flag = name(&error.get(ContextKind::InvalidArg)?.to_string());
+    let (long, short, variable) = ENVIRONMENT.into_iter().find(|(long, ..)| *long == flag)?;
+    let is_typed = |arg: &OsString| {
+        let arg = arg.to_string_lossy();
+        let is_short = |short| arg.starts_with('-') && !arg.starts_with("--") && arg.contains(short);
+        arg.split('=').next() == Some(long) || short.is_some_and(is_short)
+    };
+    if args.iter().any(is_typed) || std::env::var_os(variable).is_none() {
+        return None;
+    }
+    let value = error.get(ContextKind::InvalidValue).map(ToString::to_string).unwrap_or_default();
+    let fact = match (error.source(), error.get(ContextKind::ValidValue)) {
+        (Some(source), _) => source.to_string(),
+        (None, Some(valid)) => format!("`{value}` is none of {valid}"),
+        (None, None) => format!("`{value}` is no value of {long}"),
+    };
+    Some(
+        Failure::new(Exit::Usage, format!("cannot take the environment variable {variable}"))
+            .fact(fact)
+            .help(format!("unset {variable}")),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::{Arg, Command};
+
+    fn shown(arg: &Arg) -> String {
+        arg.get_long().map_or_else(|| name(&arg.to_string()), |long| format!("--{long}"))
+    }
+
+    #[test]
+    fn every_conflict_says_why_and_what_to_do() {
+        let mut whole = crate::cli::command();
+        whole.build();
+        let visible = |command: &&Command| !command.is_hide_set();
+        let mut pairs = 0;
+        for command in std::iter::once(&whole).chain(whole.get_subcommands().filter(visible)) {
+            // Global flags are asked by another call of clap, which wants the whole command.
+            for arg in command.get_arguments().filter(|arg| !arg.is_global_set()) {
+                for other in command.get_arg_conflicts_with(arg) {
+                    pairs += 1;
+                    let (a, b) = (shown(arg), shown(other));
+                    assert!(told(&a, &b).is_some(), "{}: {a} and {b}", command.get_name());
+                }
+            }
+        }
+        assert!(pairs > 40, "{pairs}");
+        assert!(told("--quiet", "--verbose").is_some());
+    }
+
+    #[test]
+    fn help_names_the_flag_to_leave_out() {
+        let help = |a, b| told(a, b).unwrap().1;
+        assert_eq!(help("--seed", "--ray"), "leave out --seed");
+        assert_eq!(help("--ray", "--seed"), "leave out --seed");
+        assert_eq!(help("--frame", "--drop-meta"), "leave out --drop-meta");
+        assert_eq!(told("--ray", "--fps"), None);
+    }
+}

@@ -1,0 +1,242 @@
+//! Nothing is ignored in silence, and what is told is told in one form.
+
+use crate::{Place, gltf, said, strip};
+
+/// A cache file `a.bvhc` of `a.obj`.
+fn built() -> Place {
+    let place = Place::new();
+    place.write("a.obj", strip(4));
+    place.ok("build a.obj -o a.bvhc -q");
+    place
+}
+
+#[test]
+fn a_file_that_cannot_be_read_stands_in_the_document_with_its_error() {
+    let place = built();
+    for command in ["info", "check", "stats", "verify --device cpu --rays 100", "verify --accuracy --rays 50"] {
+        let said = place.run(&format!("{command} gone.bvhc a.bvhc --json"));
+        let files = said.json()["files"].clone();
+        assert_eq!(said.code, 10, "{command}: {}", said.err);
+        assert_eq!(files[0]["path"], "gone.bvhc", "{command}: {files}");
+        assert_eq!(files[0]["error"]["exit_name"], "io", "{command}: {files}");
+        assert_eq!((files[1]["path"].as_str(), files[1].get("error")), (Some("a.bvhc"), None), "{command}: {files}");
+        assert_eq!(said.err.lines().filter(|line| line.contains("bvhc.error.v1")).count(), 1, "{command}");
+    }
+    let none = place.run("check gone.bvhc --json");
+    assert_eq!((none.code, none.json()["files"][0]["error"]["exit_code"].as_u64()), (3, Some(3)));
+}
+
+#[test]
+fn warnings_are_data_in_json_and_objects_on_stderr() {
+    let place = Place::new();
+    let flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 2\nF 1 2 3\n";
+    place.write("a.obj", flat);
+    let told = place.ok("build a.obj -o a.bvhc --json");
+    let warnings = told.json()["results"][0]["built"]["warnings"].clone();
+    let kinds: Vec<&str> = warnings.as_array().unwrap().iter().map(|w| w["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["without-area", "left-out"], "{warnings}");
+    for line in told.err.lines() {
+        let line: serde_json::Value = serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {line}"));
+        assert_eq!((line["schema"].as_str(), line["reason"].as_str()), (Some("bvhc.remark.v1"), Some("warning")));
+    }
+    assert_eq!(told.err.lines().count(), 2, "{}", told.err);
+    assert_eq!(place.ok("build a.obj -o a.bvhc --force --json -q").err, "");
+}
+
+#[test]
+fn what_no_model_reads_is_refused() {
+    let place = built();
+    let (model, bin) = gltf("t");
+    place.write("t.gltf", model);
+    place.write("t.bin", bin);
+    for (args, named) in [
+        ("build a.obj -o b.bvhc --allow-outside", "--allow-outside"),
+        ("build a.obj -o b.bvhc --ignore-extension KHR_x", "--ignore-extension"),
+        ("build a.obj -o b.bvhc --missing skip", "--missing"),
+        ("check a.bvhc --source a.obj --allow-outside", "--allow-outside"),
+        ("verify a.bvhc --source a.obj --ignore-extension KHR_x --device cpu", "--ignore-extension"),
+        ("verify a.bvhc --device cpu --device-timeout 5s", "--device-timeout"),
+        ("verify a.bvhc --device cpu --reference brute --judge 5", "--judge"),
+        ("build a.obj -o b.bvhc --depfile-phony", "--depfile-phony"),
+    ] {
+        let said = place.run(args);
+        assert!(said.code == 2 && said.err.contains(named) && said.err.contains("help: "), "{args}: {}", said.err);
+    }
+    assert!(!place.path("b.bvhc").exists());
+    // Beside a model that reads it, it may stand.
+    place.ok("build a.obj t.gltf -o out/ --allow-outside");
+}
+
+#[test]
+fn flags_that_do_not_go_together_say_why() {
+    let place = built();
+    for (args, why, help) in [
+        ("verify a.bvhc --frame 1 --source a.obj", "a model is one moment", "bvhc convert FILE -o STILL --frame N"),
+        ("build a.obj -o b.bvhc --flatten --levels two", "short for --levels one", "leave out --flatten"),
+        ("info a.bvhc --field content_id --json", "one value", "leave out --json"),
+        ("stats a.bvhc --csv --json", "both are forms", "leave out --csv"),
+        ("check a.bvhc -q -v", "fewer words", "leave out --quiet"),
+    ] {
+        let said = place.run(args);
+        assert!(said.code == 2 && said.err.contains(why) && said.err.contains(help), "{args}: {}", said.err);
+        let said = place.run(&format!("{args} --json"));
+        let error: serde_json::Value = serde_json::from_str(said.err.trim()).unwrap_or_default();
+        assert!(said.code == 2 && error["help"].is_string(), "{args}: {}", said.err);
+    }
+}
+
+#[test]
+fn a_bad_variable_is_called_by_its_name() {
+    let place = built();
+    for (variable, value) in [("BVHC_JOBS", "many"), ("BVHC_MAX_MEMORY", "much"), ("BVHC_COLOR", "blue")] {
+        let run = |args: &[&str]| said(place.command().env(variable, value).args(args).output().unwrap());
+        let told = run(&["info", "a.bvhc"]);
+        assert!(told.code == 2 && told.err.contains(variable) && told.err.contains(value), "{}", told.err);
+        assert!(told.err.contains(&format!("help: unset {variable}")), "{}", told.err);
+        // A flag that is typed wins, and is blamed where it is wrong.
+        let flag = format!("--{}", variable.trim_start_matches("BVHC_").to_lowercase().replace('_', "-"));
+        let typed = run(&["info", "a.bvhc", &flag, "odd"]);
+        assert!(typed.code == 2 && !typed.err.contains(variable), "{}", typed.err);
+    }
+}
+
+#[test]
+fn folders_stand_for_the_files_in_them() {
+    let place = built();
+    place.write("models/b9.obj", strip(3));
+    place.write("models/b10.obj", strip(2));
+    place.write("models/b.mtl", "");
+    place.ok("build models -o caches/");
+    for command in ["info", "check", "stats", "verify --device cpu --rays 100"] {
+        let said = place.ok(&format!("{command} caches"));
+        let (first, second) = (said.out.find("b9.bvhc"), said.out.find("b10.bvhc"));
+        assert!(first.is_some() && first < second, "{command}: {}", said.out);
+        let none = place.run(&format!("{command} models"));
+        assert!(none.code == 3 && none.err.contains("no cache file"), "{command}: {}", none.err);
+    }
+    assert_eq!(place.run("build caches -o other/").code, 3);
+}
+
+#[test]
+fn each_of_several_outputs_has_a_depfile_of_its_own() {
+    let place = built();
+    place.write("b.obj", strip(3));
+    for _ in 0..2 {
+        place.ok("build a.obj b.obj -o out/ --depfile-dir deps/");
+        assert_eq!(String::from_utf8(place.read("deps/a.bvhc.d")).unwrap(), "out/a.bvhc: \\\n  a.obj\n");
+        assert_eq!(String::from_utf8(place.read("deps/b.bvhc.d")).unwrap(), "out/b.bvhc: \\\n  b.obj\n");
+        std::fs::remove_dir_all(place.path("deps")).unwrap();
+    }
+    place.write("c/a.obj", strip(3));
+    let twice = place.run("build a.obj c/a.obj --depfile-dir deps");
+    assert!(twice.code == 2 && twice.err.contains("both have the depfile"), "{}", twice.err);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_buffer_that_a_depfile_cannot_name_is_refused_before_the_build() {
+    let place = Place::new();
+    let (model, bin) = gltf("t%0A");
+    place.write("t.gltf", model);
+    place.write("t\n.bin", bin);
+    for more in ["", " --dry-run"] {
+        let said = place.run(&format!("build t.gltf -o t.bvhc --depfile t.d{more}"));
+        assert!(said.code == 2 && said.err.contains("line break"), "{}", said.err);
+    }
+    assert!(!place.path("t.bvhc").exists() && !place.path("t.d").exists());
+}
+
+#[test]
+fn one_name_is_one_figure_in_build_info_and_stats() {
+    let place = Place::new();
+    place.write("a.gltf", instanced(9));
+    place.write("t.bin", gltf("t").1);
+    let build = place.ok("build a.gltf -o a.bvhc --json").json()["results"][0]["built"].clone();
+    let stats = place.ok("stats a.bvhc --json").json()["files"][0].clone();
+    assert_eq!(
+        (build["nodes"].as_u64(), build["top_nodes"].as_u64()),
+        (stats["blas"]["nodes"].as_u64(), stats["tlas"]["nodes"].as_u64())
+    );
+    assert_eq!(build["max_depth"], stats["blas"]["max_depth"]);
+    let (info, stats) = (place.ok("info a.bvhc").out, place.ok("stats a.bvhc").out);
+    let row =
+        |name: &str| stats.lines().find(|l| l.starts_with(name)).unwrap().split_whitespace().last().unwrap().to_owned();
+    for (name, shown) in [("nodes", "nodes"), ("top-level nodes", "top-level nodes"), ("instances", "instances")] {
+        let figure = format!("{} {shown}", row(name));
+        assert!(info.contains(&figure), "{figure}: {info}");
+    }
+    assert!(row("top-level nodes").parse::<u32>().unwrap() > row("nodes").parse::<u32>().unwrap());
+}
+
+/// One triangle in so many places.
+fn instanced(count: usize) -> String {
+    let (model, _) = gltf("t");
+    let node = |i: usize| format!(r#"{{"mesh":0,"translation":[{},0,0]}}"#, 3 * i);
+    let nodes: Vec<String> = (0..count).map(node).collect();
+    let scene: Vec<String> = (0..count).map(|i| i.to_string()).collect();
+    model
+        .replace(r#""nodes":[{"mesh":0}]"#, &format!(r#""nodes":[{}]"#, nodes.join(",")))
+        .replace(r#"{"nodes":[0]}"#, &format!(r#"{{"nodes":[{}]}}"#, scene.join(",")))
+}
+
+#[test]
+fn a_sequence_is_told_by_the_same_figures_everywhere() {
+    let place = Place::new();
+    for frame in 1..=3 {
+        place.write(&format!("f.{frame}.obj"), bent_quad(frame));
+    }
+    let said = place.ok("build f.%d.obj -o f.bvhc --trees 1");
+    assert!(said.err.contains("cut into other triangles") && said.err.contains("--trees"), "{}", said.err);
+    let (info, stats) = (place.ok("info f.bvhc").out, place.ok("stats f.bvhc").out);
+    for figure in ["3 frames", "2 topologies"] {
+        assert!(
+            said.out.contains(figure) && info.contains(figure) && stats.contains(figure),
+            "{figure}: {}{info}{stats}",
+            said.out
+        );
+    }
+    // Meshes that move have trees of their own kind, which read no option of trees.
+    let options = info.lines().find(|line| line.starts_with("options")).unwrap();
+    assert!(
+        !options.contains("max-leaf") && info.contains("meshes that move") && info.contains("stand still: auto"),
+        "{info}"
+    );
+    let first = place.ok("build f.%d.obj -o g.bvhc --trees first").out + &place.ok("info g.bvhc").out;
+    assert!(first.lines().any(|line| line.starts_with("options") && line.contains("max-leaf")), "{first}");
+}
+
+/// A quad that is cut along another diagonal in its last frame, since its second corner has come to lie beyond the first one.
+fn bent_quad(frame: u32) -> String {
+    let second = ["2 0.5 0", "2 0.4 0", "0.5 0 1.2"][frame as usize - 1];
+    format!("v 0 0 0\nv {second}\nv 2 0 2\nv 0 0 2\nf 1 2 3 4\n")
+}
+
+#[test]
+fn verify_says_where_its_time_goes_and_judges_as_many_rays_as_asked() {
+    let place = built();
+    let said = place.ok("verify a.bvhc --device cpu --rays 5000 --judge 130 -v");
+    let judged = said.out.lines().find(|line| line.starts_with("brute force")).unwrap();
+    assert!(
+        judged.contains("a sample of 130 rays: ") && judged.ends_with('s') && judged.contains(" unsure; "),
+        "{judged}"
+    );
+    assert!(said.out.contains("on the stack of a traversal"), "{}", said.out);
+    let json = place.ok("verify a.bvhc --device cpu --rays 5000 --judge 130 --json").json();
+    let file = &json["files"][0];
+    assert_eq!((file["oracle"]["rays"].as_u64(), file["stack"].as_u64().is_some_and(|n| n > 0)), (Some(130), true));
+}
+
+#[test]
+fn a_model_that_rounding_bends_is_told_of_by_check_and_verify_alike() {
+    let place = Place::new();
+    let (model, bin) = gltf("t");
+    let far = model.replace(r#"{"mesh":0}"#, r#"{"mesh":0,"translation":[3e6,0,0],"scale":[0.7,0.7,0.7]}"#);
+    place.write("t.gltf", far);
+    place.write("t.bin", bin);
+    place.ok("build t.gltf -o t.bvhc --levels one");
+    assert_eq!(place.run("verify t.bvhc --source t.gltf --device cpu --rays 100").code, 1);
+    let check = place.ok("check t.bvhc --source t.gltf");
+    assert!(check.err.contains("rounding") && check.err.contains("bvhc verify --source"), "{}", check.err);
+    place.ok("build t.gltf -o t.bvhc --levels two");
+    assert!(!place.ok("check t.bvhc --source t.gltf").err.contains("rounding"));
+}
