@@ -45,8 +45,9 @@ fn write(place: &Place, name: &str, frame: usize, soup: &Soup, order: impl Fn(us
 /// Build, check and verify every frame; how many trees were built.
 fn built(place: &Place, name: &str, frames: usize) -> u64 {
     let said = place.ok(&format!("build in/{name}.%03d.obj -o {name}.bvhc --trees first"));
-    let trees = said.out.split_once(" tris: ").and_then(|(_, rest)| rest.split_once(" tree"));
-    let trees = trees.unwrap_or_else(|| panic!("{}", said.out)).0.parse().unwrap();
+    let words: Vec<&str> = said.out.split(" built").next().unwrap_or_default().split_whitespace().collect();
+    let [.., trees, "tree" | "trees"] = words[..] else { panic!("{}", said.out) };
+    let trees = trees.parse().unwrap();
     place.ok(&format!("check {name}.bvhc"));
     let right = place.ok(&format!("verify {name}.bvhc --device cpu --rays 300"));
     assert!(right.out.contains(&format!("{frames} of {frames} frames right")), "{}", right.out);

@@ -173,7 +173,7 @@ fn what_cannot_be_shown_is_refused_and_nothing_is_overwritten() {
         ("view binned.bvhc -o x.png --camera nowhere", "seven numbers"),
         ("view binned.bvhc -o x.png --size 99999x2", "no size of a picture"),
         ("view binned.bvhc -o x.png --scale 0", "a number above 0"),
-        ("view binned.bvhc --tree --shade lit", "cannot be used with"),
+        ("view binned.bvhc --tree --shade lit", "leave out --shade"),
     ] {
         let said = place.run(args);
         assert!(said.code == 2 && said.err.contains(told), "bvhc {args}: {} {}", said.code, said.err);

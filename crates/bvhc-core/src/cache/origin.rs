@@ -56,11 +56,6 @@ impl Opened<'_> {
         by_id.get(id as usize).map(|record| *record as usize).filter(|record| *record < self.instances().len())
     }
 
-    /// Which node of the source was hit: of the place where the mesh stands, or of that whose transform is in the positions. `None` where the file does not say.
-    pub fn node(&self, hit: &crate::trace::Hit) -> Option<u32> {
-        self.view().node(hit, |id| self.instance_record(id))
-    }
-
     fn strings(&self, place: Option<usize>) -> Names<'_> {
         Names::new(place.and_then(|i| self.section_bytes(i)).unwrap_or_default())
     }

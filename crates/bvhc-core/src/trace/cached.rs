@@ -22,6 +22,11 @@ impl View<'_> {
 }
 
 impl Opened<'_> {
+    /// Which node of the source was hit: of the place where the mesh stands, or of that whose transform is in the positions. `None` where the file does not say.
+    pub fn node(&self, hit: &Hit) -> Option<u32> {
+        self.view().node(hit, |id| self.instance_record(id))
+    }
+
     /// The normal of the triangle that a ray of this file hit, in world space and not of length 1: it points to the triangle's front,
     /// whatever instance or baked transform mirrors it. A ray comes from the front where its product with the direction is negative.
     ///
