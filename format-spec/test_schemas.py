@@ -105,7 +105,7 @@ def documents(tool, scratch):
     eye = ["--camera", "0,5,9,0,0,0,40"]
     pages = [[files[0]], ["clip.bvhc", *eye], ["--compare", files[1], files[2]]]
     for shown in pages:
-        yield from run("view", *shown, "--html", "page.html", "--force")
+        yield from run("view", *shown, "--html", "page.html")
         yield "the head of that page", head_of(scratch / "page.html")
     yield from run("view", files[0], "--tree", "--depth", "2")
     yield from run("view", files[1], "--tree")

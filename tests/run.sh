@@ -94,7 +94,8 @@ if [ $quick = 0 ]; then
         skip "tests on real scenes: no folder at BVHC_MODELS"
         unset BVHC_MODELS
     fi
-    part "the program, optimised" cargo build --release
+    # With the examples that later parts run: alone, the program would be built twice, since examples ask the library for more features.
+    part "the program, optimised" cargo build --release --bin bvhc --example trace_ray --example hits
     # Those of the library were built above. Of the others only what has long tests is built again, optimised.
     part "long tests of the library" cargo test --workspace --lib --no-fail-fast -- --ignored long_
     part "long tests" cargo test --release --no-fail-fast "${with_long[@]}" -- --ignored long_
@@ -135,6 +136,16 @@ if [ $quick = 0 ]; then
     elif [ $status != 0 ]; then
         exit $status
     fi
+    # What an asset engineer and a CI engineer do with the program.
+    for user in build_systems ci; do
+        status=0
+        part "users: $user" tests/users/$user.sh target/release/bvhc || status=$?
+        if [ $status = 77 ]; then
+            skip "users: $user: nothing that it needs is there, see above"
+        elif [ $status != 0 ]; then
+            exit $status
+        fi
+    done
     if python3 -c 'import venv, ensurepip' >/dev/null 2>&1; then
         status=0
         log=$(mktemp)

@@ -14,6 +14,8 @@ mod binned;
 mod bonsai;
 mod cost;
 mod error;
+#[cfg(test)]
+mod level_tests;
 pub mod motion;
 pub(crate) mod passes;
 mod presplit;
@@ -25,8 +27,6 @@ mod spatial;
 mod sweep;
 pub(crate) mod tlas;
 mod top_down;
-#[cfg(test)]
-mod wide_door;
 
 pub use crate::exec::Executor;
 pub use error::{BuildError, Remedy};

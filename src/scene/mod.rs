@@ -101,7 +101,7 @@ pub struct Mesh {
 /// letter.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Part {
-    /// Of an OBJ its object and group (`Lamp`, `/off` or `Lamp/off`), as `scene/obj/names.rs` writes them; of a glTF primitive the name of the
+    /// Of an OBJ its object and group (`Lamp`, `/off` or `Lamp/off`), as section 10.4 of the specification writes them; of a glTF primitive the name of the
     /// mesh, which all of its primitives share. Empty if the source names none.
     ///
     /// Nodes have names too, but one mesh may stand on many: see [`Instance::name`].

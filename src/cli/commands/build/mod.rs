@@ -58,10 +58,10 @@ pub struct BuildArgs {
     /// What to do with a model in which no triangle is left
     #[arg(long, value_enum, value_name = "POLICY", default_value = "error")]
     pub empty: Empty,
-    /// Take what is told of a model for an error, and write nothing then
+    /// Treat warnings about a model as errors, and write nothing then
     #[arg(long)]
     pub warnings_as_errors: bool,
-    /// Only say what would be built, and why; models that would be are read, and what is wrong with them is told
+    /// Say what would be built and why, and write nothing. Models that would be built are read, and their faults are told
     #[arg(short = 'n', long)]
     pub dry_run: bool,
     /// With --dry-run: exit with 1 if anything would be built
@@ -80,8 +80,8 @@ pub struct BuildArgs {
     /// When outputs are put in their places, and what a power cut may do to them; a sequence always waits for the disk
     #[arg(long, value_enum, value_name = "WHEN", default_value = "each")]
     pub sync: SyncMode,
-    /// In which forms the trees are stored: binary always, and with compact8 also with eight children a node, in about ten more bytes a
-    /// triangle, by which rays are traced faster, with the same hits. Not for sequences
+    /// Forms of trees to store. binary is always stored; compact8 adds trees with eight children a node: about ten more bytes a triangle, faster
+    /// rays, the same hits. Not for sequences
     #[arg(long, value_name = "FORM,…", value_enum, value_delimiter = ',', default_value = "binary")]
     pub nodes: Vec<options::NodeForm>,
 

@@ -84,9 +84,14 @@ pub fn verify_frames(
     let numbers: Vec<i32> = sequence.frames().iter().map(|frame| frame.number).filter(|n| frames.has(*n)).collect();
     if numbers.is_empty() {
         let ends = sequence.frames().first().zip(sequence.frames().last());
-        let ends = ends.map_or_else(String::new, |(a, b)| format!(" {} to {}", a.number, b.number));
+        let ends = ends.map_or_else(|| "none".into(), |(a, b)| format!("frames {} to {}", a.number, b.number));
+        let asked = match frames {
+            Frames::Some(asked) => asked.list().first().map(|number| format!("frame {number} is not in the file")),
+            _ => None,
+        };
+        let asked = asked.unwrap_or_else(|| "no frame is asked for that is in the file".into());
         return Err(Failure::new(Exit::Usage, format!("cannot verify {}", names::path(path)))
-            .fact(format!("no frame is asked for that it has; it has{ends}")));
+            .fact(format!("{asked}; it has {ends}")));
     }
     if let Frames::Some(asked) = frames
         && let Some(absent) = asked.list().iter().find(|number| !numbers.contains(number))

@@ -44,8 +44,8 @@ pub struct FrameArgs {
     /// Build a tree of a sequence anew where refitting has raised its SAH cost to so many times what it was [default: 1.2]
     #[arg(long, value_name = "RATIO", value_parser = ratio)]
     rebuild_ratio: Option<f32>,
-    /// Build the tree of a mesh of a sequence anew after at most N poses, whatever refitting would cost: no frame from there on
-    /// needs an earlier tree, nor, with --codec compact, an earlier frame, unless a mesh stands as before. Implies --trees first
+    /// Build a mesh's tree anew after at most N poses, so that later frames need no earlier tree and, with --codec compact, no earlier frame,
+    /// unless a mesh stands as before. Implies --trees first
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MOST_FRAMES as i64), conflicts_with = "trees")]
     keyframe_every: Option<u32>,
     /// Take inputs and output as plain names, without frames and without *, ? and []
