@@ -101,6 +101,14 @@ pub(super) fn stage(
     Ok(Staged { path: path.to_owned(), target, temporary: Some(temporary) })
 }
 
+/// Stage any other file that shall be old or new as a whole, such as the list of what a cache depends on.
+///
+/// # Errors
+/// Where it cannot be written.
+pub fn stage_bytes(path: &Path, strays: &Strays, bytes: &[u8]) -> Result<Staged, CacheError> {
+    stage(path, strays, |file| io::Write::write_all(file, bytes))
+}
+
 fn folder_of(target: &Path) -> &Path {
     match target.parent() {
         Some(folder) if folder != Path::new("") => folder,

@@ -17,7 +17,7 @@ mod sealed;
 mod sequence_writer;
 mod writer;
 
-pub use atomic::{Staged, Strays, sync_folder};
+pub use atomic::{Staged, Strays, stage_bytes, sync_folder};
 pub use bvhc_core::cache::*;
 pub use convert::{ConvertOptions, ConvertSummary, convert};
 pub use freshness::{Freshness, Staleness, freshness, freshness_of_bytes, hash_file};

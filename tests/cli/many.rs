@@ -180,3 +180,34 @@ fn an_interrupted_run_leaves_each_output_old_or_new_and_nothing_else() {
     }
     assert!(listened > 0, "no run was interrupted");
 }
+
+/// What is in its place has its depfile, whole, or a build system would never look at its inputs again.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_no_output_without_its_depfile() {
+    let place = Place::new();
+    let names = models(&place, 100);
+    let (mut seen, mut listened) = (0, 0);
+    for i in 0..6 {
+        for folder in ["out", "d"] {
+            _ = std::fs::remove_dir_all(place.path(folder));
+        }
+        let mut command = place.command();
+        command.args(["build", "m*.obj", "-o", "out/", "--depfile-dir", "d", "-q", "--jobs", "2", "--sync", "none"]);
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        // Once there is something; then a little later in each run.
+        let start = Instant::now();
+        while !place.path("out/m000.bvhc").exists() && start.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_millis(5 * i));
+        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        listened += usize::from(child.wait().unwrap().code() == Some(130));
+        for name in names.iter().filter(|name| place.path(&format!("out/{name}.bvhc")).exists()) {
+            let rule = String::from_utf8(place.read(&format!("d/{name}.bvhc.d"))).unwrap();
+            assert!(rule.contains(&format!("{name}.obj")) && rule.ends_with('\n'), "{name}: {rule:?}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 0 && listened > 0, "{seen} outputs, {listened} interruptions");
+}

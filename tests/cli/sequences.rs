@@ -202,7 +202,12 @@ fn every_frame_is_verified_and_measured() {
     let junit = std::fs::read_to_string(place.path("v.xml")).unwrap();
     assert!(junit.contains("wave.bvhc frame 2") && junit.contains("wave.bvhc frame 4"), "{junit}");
     let none = place.run("verify wave.bvhc --device cpu --frame 9");
-    assert!(none.code == 2 && none.err.contains("frame 9 is not in the file; it has frames 1 to 4"), "{} {}", none.code, none.err);
+    assert!(
+        none.code == 2 && none.err.contains("frame 9 is not in the file; it has frames 1 to 4"),
+        "{} {}",
+        none.code,
+        none.err
+    );
 
     let told = place.ok("stats wave.bvhc --frames").out;
     assert!(told.lines().count() == 6 && told.contains("wave.bvhc: 4 frames, 1 topology, 4 poses; "), "{told}");

@@ -13,12 +13,17 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::progress::Files;
 use crate::cli::terminal::holding_back;
+use std::time::{Duration, Instant};
 
 /// Larger models give several threads enough to do by themselves.
 const SMALL: u64 = 2 << 20;
 
-/// So many files at most are written before they take their places together.
-const GROUP: usize = 64;
+/// So many files at most are written before they take their places together. Each is open until then, and the next group is written meanwhile, which a
+/// limit on open files must allow.
+const GROUP: usize = 16;
+
+/// A group of models that take longer is made smaller, so that what is done is told, and in its place, about once in this time.
+const PACE: Duration = Duration::from_millis(500);
 
 /// What came of a job, and what it said.
 struct Attempt<'j> {
@@ -35,9 +40,12 @@ pub fn attend_all(jobs: &[Job], workshop: &Workshop) -> Result<Vec<(Outcome, Exi
     let bytes: Vec<u64> = jobs.iter().map(|job| job.input.metadata().map_or(0, |file| file.len())).collect();
     let files = Files::new(&context.terminal, jobs.len(), bytes.iter().sum());
     let (mut results, mut written, mut next) = (Vec::with_capacity(jobs.len()), Vec::new(), 0);
+    // Few at first: nobody knows yet how long each takes.
+    let mut most = exec.threads().min(GROUP);
     while next < jobs.len() {
         let small = |i: &usize| *i < jobs.len() && is_small(&jobs[*i], bytes[*i]);
-        let end = (next..next + GROUP).find(|i| !small(i)).unwrap_or(next + GROUP);
+        let end = (next..next + most).find(|i| !small(i)).unwrap_or(next + most);
+        let start = Instant::now();
         let group: Vec<&Job> = jobs[next..end].iter().collect();
         let attempts = || {
             exec.map(group, |_, job| {
@@ -48,6 +56,14 @@ pub fn attend_all(jobs: &[Job], workshop: &Workshop) -> Result<Vec<(Outcome, Exi
         };
         let (published, attempts) = exec.beside(|| publish(std::mem::take(&mut written), workshop), attempts);
         tell(published, workshop, &files, &mut results)?;
+        most = if start.elapsed() < PACE / 2 {
+            2 * most
+        } else if start.elapsed() > PACE {
+            most / 2
+        } else {
+            most
+        };
+        most = most.clamp(exec.threads().min(GROUP), GROUP);
         written = attempts;
         next = end;
         if next < jobs.len() && !small(&next) {

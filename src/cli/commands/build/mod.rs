@@ -15,15 +15,15 @@ mod remarks;
 mod sequence;
 
 use crate::cache::keys::Recipe;
-use crate::cache::{Codec, Staged};
+use crate::cache::{self, CacheError, Codec, Staged};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::depfile;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::outputs;
-use crate::cli::terminal::Terminal;
 use crate::report::info::hex;
 use crate::scene::ReadOptions;
 use clap::{Args, ValueEnum};
@@ -271,7 +271,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
         Verdict::UpToDate { build_key, inputs } if !args.force => {
             workshop.forgive_again(job)?;
             if !args.dry_run {
-                write_depfile(job, args, &inputs, &context.terminal)?;
+                write_depfile(job, workshop, &inputs)?;
                 if args.touch {
                     touch(&job.output)?;
                 }
@@ -314,6 +314,8 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
         Some(frames) => (workshop.make_sequence(job, frames)?, None),
         None => workshop.make(job)?,
     };
+    // Before the output takes its place: one that is new never has the depfile of an older one, or none.
+    write_depfile(job, workshop, &made.inputs)?;
     Ok(Settled::Written(Box::new(Written { made, staged, reason })))
 }
 
@@ -327,7 +329,6 @@ fn finish(job: &Job, settled: Settled, workshop: &Workshop) -> Result<(Outcome, 
     if let Some(file_id) = made.file_id.filter(|_| !args.no_check) {
         workshop.check(job, file_id)?;
     }
-    write_depfile(job, args, &made.inputs, &context.terminal)?;
     context.terminal.detail(&made.built.detail(job));
     let line = made.built.line(job);
     let outcome = Outcome {
@@ -352,7 +353,9 @@ fn depfile_target<'a>(job: &'a Job, args: &'a BuildArgs) -> &'a Path {
     args.depfile.target.as_deref().unwrap_or(&job.output)
 }
 
-fn write_depfile(job: &Job, args: &BuildArgs, inputs: &[PathBuf], terminal: &Terminal) -> Result<(), Failure> {
+/// Write a job's depfile, where one is asked for, in one step: it is old or new as a whole.
+fn write_depfile(job: &Job, workshop: &Workshop, inputs: &[PathBuf]) -> Result<(), Failure> {
+    let (args, terminal) = (workshop.args, &workshop.context.terminal);
     let Some(path) = &args.depfile.of(&job.output) else { return Ok(()) };
     let target = depfile_target(job, args);
     if args.depfile.target.is_none() && target.as_os_str().as_encoded_bytes().contains(&b'%') {
@@ -366,7 +369,12 @@ fn write_depfile(job: &Job, args: &BuildArgs, inputs: &[PathBuf], terminal: &Ter
     if let Some(folder) = &args.depfile.dir {
         std::fs::create_dir_all(folder).map_err(|e| io_failure("create", folder, &e))?;
     }
-    std::fs::write(path, text).map_err(|e| io_failure("write", path, &e))
+    let _publishing = interrupt::publish()?;
+    let staged = cache::stage_bytes(path, &workshop.strays, &text).and_then(Staged::put);
+    staged.map(drop).map_err(|error| match error {
+        CacheError::Io { source, .. } => io_failure("write", path, &source),
+        other => caches::failure(&other),
+    })
 }
 
 fn touch(path: &Path) -> Result<(), Failure> {
