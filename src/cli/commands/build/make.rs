@@ -1,11 +1,12 @@
 //! One build from model to file.
 
+use super::dependencies::nameable;
 use super::inputs;
 use super::options::NodeForm;
 use super::outcome::{Arrival, Built, Model, Times};
 use super::plan::{Job, same_file};
 use super::remarks::{Kind, Remark, Remarks, empty_frames, with_warnings};
-use super::{BuildArgs, Empty, nameable};
+use super::{BuildArgs, Empty};
 use crate::build::BuildOptions;
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Codec, Image, Meta, Staged, Strays, WriteOptions};

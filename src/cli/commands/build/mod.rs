@@ -1,8 +1,9 @@
 //! `bvhc build`: models in, cache files out.
 //!
-//! `options` are the flags that change the output, `inputs` what the arguments name, `frames` what patterns of frames stand for, `plan` decides what has to be done and why, `make` does it for one output, `publish` puts outputs in their places, `many` does it all for many outputs,
+//! `options` are the flags that change the output, `inputs` what the arguments name, `frames` what patterns of frames stand for, `plan` decides what has to be done and why, `dependencies` tells build systems of what, `make` does it for one output, `publish` puts outputs in their places, `many` does it all for many outputs,
 //! `outcome` says what was done, `remarks` what did not arrive whole, and `sequence` makes one file of many frames.
 
+mod dependencies;
 mod frames;
 mod inputs;
 mod make;
@@ -15,18 +16,17 @@ mod remarks;
 mod sequence;
 
 use crate::cache::keys::Recipe;
-use crate::cache::{self, CacheError, Codec, Staged};
+use crate::cache::{Codec, Staged};
 use crate::cli::Context;
 use crate::cli::caches;
-use crate::cli::depfile;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
-use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::outputs;
 use crate::report::info::hex;
 use crate::scene::ReadOptions;
 use clap::{Args, ValueEnum};
+use dependencies::DepfileArgs;
 use frames::FrameArgs;
 pub use frames::clip_of;
 use make::{Made, Workshop};
@@ -101,40 +101,6 @@ pub enum Empty {
     Error,
     /// Write a cache that no ray hits
     Keep,
-}
-
-#[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Build systems")]
-pub struct DepfileArgs {
-    /// Write the files that the output depends on as a rule for Ninja and Make, also when it is up to date
-    #[arg(long = "depfile", value_name = "FILE")]
-    pub path: Option<PathBuf>,
-    /// Folder that receives such a file for each output, called as it with .d behind, for several inputs
-    #[arg(long = "depfile-dir", value_name = "DIR", conflicts_with_all = ["path", "target"])]
-    pub dir: Option<PathBuf>,
-    /// Target of the rule; default: the output as given
-    #[arg(long = "depfile-target", value_name = "NAME", requires = "path")]
-    pub target: Option<PathBuf>,
-    /// Add an empty rule for each input, so that Make goes on when one is removed
-    #[arg(long = "depfile-phony")]
-    pub phony: bool,
-}
-
-impl DepfileArgs {
-    /// The flag that asks for depfiles, if one does.
-    pub fn asked_by(&self) -> Option<&'static str> {
-        self.path.as_ref().map(|_| "--depfile").or(self.dir.as_ref().map(|_| "--depfile-dir"))
-    }
-
-    /// The depfile of an output.
-    pub fn of(&self, output: &Path) -> Option<PathBuf> {
-        let in_dir = |dir: &PathBuf| {
-            let mut name = output.file_name().unwrap_or_default().to_os_string();
-            name.push(".d");
-            dir.join(name)
-        };
-        self.path.clone().or_else(|| self.dir.as_ref().map(in_dir))
-    }
 }
 
 const EXAMPLES: &str = "Examples:
@@ -253,14 +219,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
     inputs::readable(job)?;
     outputs::is_no_pipe(&job.output)?;
     args.read.suit(&job.input, job.bytes.as_deref())?;
-    if let Some(path) = &args.depfile.of(&job.output) {
-        if !args.force {
-            depfile::may_replace(path)?;
-        }
-        let made = job.output.parent().filter(|_| args.output.as_ref() != Some(&job.output));
-        depfile::writable(path, args.depfile.dir.as_deref().or(made))?;
-        nameable(job, args, job.bytes.is_none().then_some(job.input.as_path()))?;
-    }
+    dependencies::ask(job, args)?;
     let recipe = match &job.frames {
         Some(frames) => &sequence::recipe(workshop, frames),
         None => &workshop.recipe,
@@ -271,7 +230,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
         Verdict::UpToDate { build_key, inputs } if !args.force => {
             workshop.forgive_again(job)?;
             if !args.dry_run {
-                write_depfile(job, workshop, &inputs)?;
+                dependencies::write(job, args, &inputs, &workshop.strays, &context.terminal)?;
                 if args.touch {
                     touch(&job.output)?;
                 }
@@ -315,7 +274,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
         None => workshop.make(job)?,
     };
     // Before the output takes its place: one that is new never has the depfile of an older one, or none.
-    write_depfile(job, workshop, &made.inputs)?;
+    dependencies::write(job, args, &made.inputs, &workshop.strays, &context.terminal)?;
     Ok(Settled::Written(Box::new(Written { made, staged, reason })))
 }
 
@@ -338,43 +297,6 @@ fn finish(job: &Job, settled: Settled, workshop: &Workshop) -> Result<(Outcome, 
         ..Outcome::new(job, Status::Built)
     };
     Ok((outcome, line))
-}
-
-/// Refuse files that a depfile cannot name, where one is asked for: before they are built, so that no output is left without its depfile.
-fn nameable<'p>(job: &Job, args: &BuildArgs, inputs: impl IntoIterator<Item = &'p Path>) -> Result<(), Failure> {
-    if args.depfile.asked_by().is_none() {
-        return Ok(());
-    }
-    let inputs: Vec<PathBuf> = inputs.into_iter().map(Path::to_owned).collect();
-    depfile::render(depfile_target(job, args), &inputs, args.depfile.phony).map(drop)
-}
-
-fn depfile_target<'a>(job: &'a Job, args: &'a BuildArgs) -> &'a Path {
-    args.depfile.target.as_deref().unwrap_or(&job.output)
-}
-
-/// Write a job's depfile, where one is asked for, in one step: it is old or new as a whole.
-fn write_depfile(job: &Job, workshop: &Workshop, inputs: &[PathBuf]) -> Result<(), Failure> {
-    let (args, terminal) = (workshop.args, &workshop.context.terminal);
-    let Some(path) = &args.depfile.of(&job.output) else { return Ok(()) };
-    let target = depfile_target(job, args);
-    if args.depfile.target.is_none() && target.as_os_str().as_encoded_bytes().contains(&b'%') {
-        let name = names::path(target);
-        let quoted = name.trim_matches('\'').replace('%', "\\%");
-        terminal.warn(&format!(
-            "Ninja reads the % in {name} as it is, but Make as a pattern; for Make add --depfile-target '{quoted}'"
-        ));
-    }
-    let text = depfile::render(target, inputs, args.depfile.phony)?;
-    if let Some(folder) = &args.depfile.dir {
-        std::fs::create_dir_all(folder).map_err(|e| io_failure("create", folder, &e))?;
-    }
-    let _publishing = interrupt::publish()?;
-    let staged = cache::stage_bytes(path, &workshop.strays, &text).and_then(Staged::put);
-    staged.map(drop).map_err(|error| match error {
-        CacheError::Io { source, .. } => io_failure("write", path, &source),
-        other => caches::failure(&other),
-    })
 }
 
 fn touch(path: &Path) -> Result<(), Failure> {

@@ -3,13 +3,14 @@
 mod again;
 mod told;
 
+use super::Empty;
+use super::dependencies::nameable;
 use super::frames::{Fps, Frames, MOST_FRAMES, OneFrame, TreeChoice};
 use super::inputs;
 use super::make::{Made, Workshop, changed_meanwhile, unchanged};
 use super::outcome::{Arrival, Built, SequenceBuilt, Times};
 use super::plan::Job;
 use super::remarks::{Remarks, nothing_in};
-use super::{Empty, nameable};
 use crate::build::{BuildOptions, Levels, Named, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Meta, WriteSummary};
