@@ -10,7 +10,9 @@ use crate::compile::{Placing, compile_sound, lay_out};
 use crate::exec::Executor;
 use crate::geom::{Affine, Point, Ray};
 use crate::layout::CompactNode;
-use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, ReadReport, Scene, SceneError, has_inverse};
+use crate::scene::{
+    self, GeometryError, Instance, Mesh, ReadOptions, ReadReport, Scene, SceneError, validate_transform,
+};
 use crate::trace::wide::WideView;
 use crate::trace::{BatchError, Hit, Malformed, any_hit, closest_hit};
 use std::collections::BTreeSet;
@@ -133,9 +135,7 @@ impl Build {
         if mesh as usize >= meshes {
             return Err(GeometryError::MeshOutOfRange { instance, mesh, meshes });
         }
-        if !has_inverse(&object_to_world) {
-            return Err(GeometryError::Transform { instance });
-        }
+        validate_transform(instance, &object_to_world)?;
         let name = self.scene.meshes[mesh as usize].name.clone();
         let nodes = self.scene.instances.iter().map(|i| i.node).filter(|node| *node != Instance::NO_NODE);
         let node = nodes.max().map_or(0, |last| last + 1);

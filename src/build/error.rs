@@ -114,6 +114,12 @@ pub enum BuildError {
     /// The operating system refused to start threads.
     #[error(transparent)]
     Threads(#[from] ThreadsError),
+    /// One level is one tree over one mesh.
+    #[error("cannot build one level: it is the tree of one mesh, and {meshes} are given without instances")]
+    OneLevel {
+        /// How many are given.
+        meshes: usize,
+    },
     /// What was built cannot be laid out as the file's records.
     #[error("cannot lay out the trees: {0}")]
     Layout(String),

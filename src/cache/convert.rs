@@ -229,7 +229,7 @@ impl Codec {
         let (name, level) = text.split_once(':').map_or((text, None), |(name, level)| (name, Some(level)));
         let level = |usual: i32| match level {
             None => Some(usual),
-            Some(level) => level.parse().ok().filter(|level| (1..=22).contains(level)),
+            Some(level) => level.parse().ok().filter(|level| Codec::LEVELS.contains(level)),
         };
         match name {
             "raw" if level(0) == Some(0) => Some(Codec::Raw),

@@ -32,6 +32,9 @@ pub enum Codec {
 }
 
 impl Codec {
+    /// The levels of zstd. Outside of them a file is refused, where zstd itself would take the nearest in silence.
+    pub const LEVELS: std::ops::RangeInclusive<i32> = 1..=22;
+
     /// The level of zstd; `None` where nothing is packed.
     pub fn level(self) -> Option<i32> {
         match self {
@@ -157,6 +160,11 @@ pub(super) struct Sealed<'a> {
 impl<'a> Sealed<'a> {
     /// Pack, hash, lay out and sign.
     pub fn new(mut header: Header, pieces: Vec<Piece<'a>>, codec: Codec, exec: &Executor) -> io::Result<Sealed<'a>> {
+        if let Some(level) = codec.level().filter(|level| !Codec::LEVELS.contains(level)) {
+            let (least, most) = Codec::LEVELS.into_inner();
+            let fact = format!("the level of zstd is {level}, and levels are {least} to {most}");
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, fact));
+        }
         let (mut entries, mut stored) = (Vec::with_capacity(pieces.len()), Vec::with_capacity(pieces.len()));
         let mut end = (Header::LEN + pieces.len() * SectionEntry::LEN) as u64;
         for piece in pieces {

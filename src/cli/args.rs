@@ -26,21 +26,21 @@ pub struct GlobalArgs {
     /// Say more: times, memory, what was dropped
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
-    /// When to use colour
-    #[arg(long, global = true, value_name = "WHEN", value_enum, default_value = "auto", env = "BVHC_COLOR")]
-    pub color: ColorChoice,
+    /// When to use colour [default: auto] [env: BVHC_COLOR]
+    #[arg(long, global = true, value_name = "WHEN", value_enum)]
+    pub color: Option<ColorChoice>,
     /// Write one JSON document to stdout, and errors as JSON to stderr
     #[arg(long, global = true)]
     pub json: bool,
-    /// Threads to use; 0 means all cores. The output is the same for any number
-    #[arg(short, long, global = true, value_name = "N", default_value_t = 0, value_parser = figures::parse_jobs, env = "BVHC_JOBS")]
-    pub jobs: usize,
+    /// Threads to use; 0 means all cores. The output is the same for any number [default: 0] [env: BVHC_JOBS]
+    #[arg(short, long, global = true, value_name = "N", value_parser = figures::parse_jobs)]
+    pub jobs: Option<usize>,
     /// Read cache files into memory instead of mapping them: slower, but safe against files that others change meanwhile
     #[arg(long, global = true)]
     pub no_mmap: bool,
-    /// Refuse to hold more than this when reading a file, or to set aside more when building, for example 512M or 8G
-    #[arg(long, global = true, value_name = "SIZE", value_parser = figures::parse_size, default_value = "8G", env = "BVHC_MAX_MEMORY")]
-    pub max_memory: u64,
+    /// Refuse to hold more than this when reading a file, or to set aside more when building, for example 512M [default: 8G] [env: BVHC_MAX_MEMORY]
+    #[arg(long, global = true, value_name = "SIZE", value_parser = figures::parse_size)]
+    pub max_memory: Option<u64>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -58,6 +58,18 @@ pub enum Command {
     Man(man::ManArgs),
     #[command(hide = true)]
     Reference(reference::ReferenceArgs),
+}
+
+impl Command {
+    /// What a command writes that is no document, and has no form as one.
+    pub fn without_document(&self) -> Option<&'static str> {
+        match self {
+            Command::Completions(_) => Some("completions are a script for a shell"),
+            Command::Man(_) => Some("manual pages are text for man"),
+            Command::Reference(_) => Some("the reference is text of the documentation"),
+            _ => None,
+        }
+    }
 }
 
 fn after_long_help() -> String {

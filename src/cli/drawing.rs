@@ -69,13 +69,14 @@ pub fn text(path: &Path, what: &str, text: &str) -> Result<(), Failure> {
         .map_err(|e| Failure::new(Exit::Io, format!("cannot write {what} {}", names::path(path))).fact(e.to_string()))
 }
 
-/// Write a picture as PNG.
-pub fn picture(path: &Path, canvas: &Canvas) -> Result<(), Failure> {
+/// Write a picture as PNG; how many bytes that took.
+pub fn picture(path: &Path, canvas: &Canvas) -> Result<u64, Failure> {
     let png = canvas.png().map_err(|e| Failure::new(Exit::Internal, "cannot make a PNG").fact(e.to_string()))?;
     let _publishing = interrupt::publish()?;
-    std::fs::write(path, png).map_err(|e| {
+    std::fs::write(path, &png).map_err(|e| {
         Failure::new(Exit::Io, format!("cannot write the picture {}", names::path(path))).fact(e.to_string())
-    })
+    })?;
+    Ok(png.len() as u64)
 }
 
 #[cfg(test)]

@@ -20,8 +20,6 @@ pub struct Failure {
     /// One a line; the fact with both values, then the rule.
     pub facts: Vec<String>,
     pub help: Option<String>,
-    /// Say nothing: the reader of our output has gone away.
-    pub silent: bool,
 }
 
 /// The same in a JSON document.
@@ -93,16 +91,12 @@ impl From<&Failure> for ErrorObject {
 
 impl Failure {
     pub fn new(exit: Exit, action: impl Into<String>) -> Failure {
-        Failure { exit, action: action.into(), facts: Vec::new(), help: None, silent: false }
-    }
-
-    /// The end of a run whose stdout was closed early by its reader (`bvhc … | head`): no error, no message.
-    pub fn broken_pipe() -> Failure {
-        Failure { silent: true, ..Failure::new(Exit::Success, "cannot write to a closed pipe") }
+        Failure { exit, action: action.into(), facts: Vec::new(), help: None }
     }
 
     pub fn interrupted() -> Failure {
-        Failure::new(Exit::Interrupted, "interrupted: nothing was written for the current output")
+        Failure::new(Exit::Interrupted, "interrupted")
+            .fact("outputs that were reported are in their places; all others are as they were")
     }
 
     #[must_use]

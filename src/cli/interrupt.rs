@@ -2,27 +2,37 @@
 
 use super::exit::Exit;
 use super::failure::Failure;
+use super::terminal::Terminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
+use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard, mpsc};
+use std::time::Duration;
 
 static CANCELLED: AtomicBool = AtomicBool::new(false);
 /// Shared by all that are writing or renaming an output just now.
 static PUBLISHING: RwLock<()> = RwLock::new(());
 /// Files that are written and wait for others before they take their places.
 static STAGED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// Longest that ending waits for somebody to read what is told: a full pipe on stderr must not hold it up.
+const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Install the handler. It raises the flag that builders poll, waits for the writes under way (which are atomic and short), removes files that
-/// are staged, and ends the process: reading and building leave nothing on disk that would need tidying.
-pub fn install() -> Result<(), Failure> {
+/// are staged, says so, and ends the process: reading and building leave nothing on disk that would need tidying.
+pub fn install(terminal: Terminal) -> Result<(), Failure> {
     fail_beyond_size_limits();
-    ctrlc::set_handler(|| {
+    ctrlc::set_handler(move || {
         CANCELLED.store(true, Ordering::SeqCst);
         let _wait = PUBLISHING.write().unwrap_or_else(PoisonError::into_inner);
         for path in STAGED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
             // The process ends either way, and whoever writes the same file next removes it as well.
             _ = std::fs::remove_file(path);
         }
+        let (done, wait) = mpsc::channel();
+        std::thread::spawn(move || {
+            terminal.error(&Failure::interrupted());
+            _ = done.send(());
+        });
+        _ = wait.recv_timeout(PATIENCE);
         std::process::exit(i32::from(Exit::Interrupted.code()));
     })
     .map_err(|e| Failure::new(Exit::Internal, "cannot install the signal handler").fact(e.to_string()))

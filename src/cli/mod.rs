@@ -6,6 +6,7 @@
 //! | `commands/` | one command a file |
 //! | `exit` | the exit codes, the only table of them |
 //! | `failure` | errors as the user reads them, text and JSON |
+//! | `settings` | the global flags, or what the environment says in their place |
 //! | `usage` | what clap says only in part of a wrong command line |
 //! | `terminal` | the two streams, colour, quiet and verbose |
 //! | `names`, `figures` | foreign names and numbers as text |
@@ -34,17 +35,19 @@ mod paragraph;
 mod patterns;
 mod progress;
 mod reading;
+mod settings;
 mod source;
 mod table;
 mod terminal;
 mod usage;
 
 use crate::exec::{Executor, ThreadsError};
-use args::{Cli, Command, GlobalArgs};
+use args::{Cli, Command};
 use clap::{CommandFactory, Parser};
 use commands::build::options::listing;
 use exit::Exit;
 use failure::Failure;
+use settings::Settings;
 use std::ffi::OsString;
 use std::sync::{Mutex, PoisonError};
 use terminal::Terminal;
@@ -52,7 +55,7 @@ use terminal::Terminal;
 /// What every command is given: where it talks to, and the global flags.
 pub struct Context {
     terminal: Terminal,
-    global: GlobalArgs,
+    global: Settings,
     /// The threads of `--jobs`, for everything that the command does.
     exec: Executor,
 }
@@ -63,7 +66,7 @@ impl Context {
         let max_memory = self.global.max_memory / of.max(1) as u64;
         Context {
             terminal: self.terminal.still(),
-            global: GlobalArgs { max_memory, ..self.global.clone() },
+            global: Settings { max_memory, ..self.global.clone() },
             exec: Executor::sequential(),
         }
     }
@@ -79,13 +82,19 @@ pub fn run(args: Vec<OsString>) -> Exit {
     let json = args.iter().any(|a| a == "--json");
     let cli = match Cli::try_parse_from(&args) {
         Ok(cli) => cli,
-        Err(error) => return report_usage(&error, &args, json),
+        Err(error) => return report_usage(&error, json),
     };
-    let global = cli.global.clone();
+    let global = match Settings::new(&cli.global, |name| std::env::var(name).ok()) {
+        Ok(global) => global,
+        Err(failure) => {
+            Terminal::new(cli.global.color.unwrap_or(terminal::ColorChoice::Auto), false, 0, json).error(&failure);
+            return failure.exit;
+        }
+    };
     let terminal = Terminal::new(global.color, global.quiet, global.verbose, global.json);
     note_panics();
     let outcome = guarded(|| {
-        interrupt::install()?;
+        interrupt::install(terminal)?;
         let exec = Executor::new(global.jobs).map_err(|e| threads_failure(&e))?;
         let context = Context { terminal, global, exec };
         // Inside, so that no operation has to wait for the way in.
@@ -104,6 +113,9 @@ fn threads_failure(error: &ThreadsError) -> Failure {
 }
 
 fn dispatch(command: &Command, context: &Context) -> Result<Exit, Failure> {
+    if let (true, Some(what)) = (context.terminal.json, command.without_document()) {
+        return Err(Failure::new(Exit::Usage, "cannot write a JSON document").fact(what).help("leave out --json"));
+    }
     match command {
         Command::Build(args) => commands::build::run(args, context),
         Command::Info(args) => commands::info::run(args, context),
@@ -121,14 +133,18 @@ fn dispatch(command: &Command, context: &Context) -> Result<Exit, Failure> {
 }
 
 /// Help and version go to stdout and are fine; anything else that clap has to say is a usage error.
-fn report_usage(error: &clap::Error, args: &[OsString], json: bool) -> Exit {
+fn report_usage(error: &clap::Error, json: bool) -> Exit {
     let terminal = Terminal::new(terminal::ColorChoice::Auto, false, 0, json);
     if listing::is_asked_for(error) {
-        // As with help, the only way to fail is a closed pipe.
-        let _ = terminal.print(&listing::text());
-        return Exit::Success;
+        return match terminal.print(&listing::text()) {
+            Ok(()) => Exit::Success,
+            Err(failure) => {
+                terminal.error(&failure);
+                failure.exit
+            }
+        };
     }
-    if let Some(failure) = listing::instead_of(error).or_else(|| usage::instead_of(error, args)) {
+    if let Some(failure) = listing::instead_of(error).or_else(|| usage::instead_of(error)) {
         terminal.error(&failure);
         return Exit::Usage;
     }

@@ -19,17 +19,31 @@ pub fn has_place(path: &Path, flag: &str) -> Result<(), Failure> {
     if path.is_dir() {
         return Err(refuse("it is a folder".into()).help(format!("name a file with {flag}")));
     }
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            if folder.exists() {
-                return Err(refuse(format!("{} is not a folder", names::path(folder)))
-                    .help(format!("name another file with {flag}")));
-            }
-            let folder = names::path(folder);
-            Err(refuse(format!("there is no folder {folder}")).help(format!("mkdir -p {folder}")))
-        }
-        _ => Ok(()),
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let shown = names::path(folder);
+    let elsewhere = format!("name another file with {flag}");
+    if !folder.is_dir() {
+        return Err(match folder.exists() {
+            true => refuse(format!("{shown} is not a folder")).help(elsewhere),
+            false => refuse(format!("there is no folder {shown}")).help(format!("mkdir -p {shown}")),
+        });
     }
+    takes_files(folder).map_err(|error| {
+        let shown = if shown == "." { "this folder".to_owned() } else { format!("the folder {shown}") };
+        refuse(format!("{shown} takes no files: {error}")).help(elsewhere)
+    })
+}
+
+/// Whether files may be made in a folder, as far as the system says so without one being made.
+#[cfg(unix)]
+fn takes_files(folder: &Path) -> std::io::Result<()> {
+    use rustix::fs::{Access, access};
+    access(folder, Access::WRITE_OK | Access::EXEC_OK).map_err(Into::into)
+}
+
+#[cfg(not(unix))]
+fn takes_files(_: &Path) -> std::io::Result<()> {
+    Ok(())
 }
 
 /// Refuse to write over what is most likely somebody's only copy: a file with something in it that is no cache.

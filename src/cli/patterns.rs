@@ -22,12 +22,13 @@ pub fn expand(paths: &[PathBuf], kind: Kind, action: &str) -> Result<Vec<PathBuf
     Ok(files.concat())
 }
 
-/// The files of this kind in a folder, not in folders below it, in natural order.
+/// The files of this kind in a folder, not in folders below it, in natural order. As for a shell's patterns, names that begin with a point are hidden.
 fn inside(folder: &Path, kind: Kind, action: &str) -> Result<Vec<PathBuf>, Failure> {
     let refuse = |fact: String| Failure::new(Exit::Io, format!("cannot {action} {}", names::path(folder))).fact(fact);
     let is_wanted = |path: &PathBuf| {
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-        kind.extensions.iter().any(|wanted| wanted.eq_ignore_ascii_case(extension)) && path.is_file()
+        let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+        !is_hidden && kind.extensions.iter().any(|wanted| wanted.eq_ignore_ascii_case(extension)) && path.is_file()
     };
     let entries = folder.read_dir().map_err(|error| refuse(error.to_string()))?;
     let files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_wanted).collect();
@@ -119,7 +120,7 @@ mod tests {
     fn a_folder_stands_for_the_files_in_it_that_are_meant() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        for name in ["b10.obj", "b9.GLB", "a.gltf", "a.bin", "c.bvhc"] {
+        for name in ["b10.obj", "b9.GLB", "a.gltf", "a.bin", "c.bvhc", ".a.obj", "._b9.GLB"] {
             std::fs::write(at(name), "").unwrap();
         }
         std::fs::create_dir(at("d.obj")).unwrap();

@@ -15,7 +15,7 @@ pub struct ModelReading {
     /// What to do with triangles without area [default: drop; in a sequence keep]
     #[arg(long, value_parser = choice::<Degenerate>(), value_name = "POLICY")]
     pub degenerate: Option<Degenerate>,
-    /// Let a glTF file name buffers outside its own folder
+    /// Let a glTF file name buffers outside its own folder; OBJ files name none
     #[arg(long)]
     pub allow_outside: bool,
     /// The glTF scene to read; default: the one that the file names
@@ -76,12 +76,6 @@ impl ModelReading {
             (self.time.is_some(), "--time", "animations"),
         ];
         given.into_iter().find_map(|(is_given, flag, things)| is_given.then_some((flag, things)))
-    }
-
-    /// The same of what is permitted a glTF model.
-    pub fn permission(&self) -> Option<(&'static str, &'static str)> {
-        let outside = self.allow_outside.then_some(("--allow-outside", "buffers in other files"));
-        outside.or((!self.ignore_extensions.is_empty()).then_some(("--ignore-extension", "extensions")))
     }
 
     /// The first flag that is given, as it is typed.

@@ -36,9 +36,7 @@ impl SourceReading {
     pub fn suits(&self, source: Option<&PathBuf>) -> Result<(), Failure> {
         let given = self.model.first_given().or(self.levels.map(|_| "--levels"));
         let is_obj = source.is_some_and(|model| Format::from_extension(model) == Some(Format::Obj));
-        if let (Some(model), Some((flag, things))) =
-            (source, self.model.choice().or(self.model.permission()).filter(|_| is_obj))
-        {
+        if let (Some(model), Some((flag, things))) = (source, self.model.choice().filter(|_| is_obj)) {
             return Err(not_of_obj(model, flag, flag, things));
         }
         match given.filter(|_| source.is_none()) {

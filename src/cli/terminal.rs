@@ -4,6 +4,7 @@ use super::exit::Exit;
 use super::failure::Failure;
 use std::cell::RefCell;
 use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// When to use colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -13,6 +14,8 @@ pub enum ColorChoice {
     Always,
     Never,
 }
+
+static INTERRUPTION_IS_TOLD: AtomicBool = AtomicBool::new(false);
 
 /// A remark on stderr with `--json`, beside the lines of errors.
 #[derive(serde::Serialize)]
@@ -83,10 +86,16 @@ impl Terminal {
         self.color_out
     }
 
-    /// Write text to stdout as it is.
+    /// Write text to stdout as it is. Where its reader has gone away (`bvhc … | head`), the work goes on without it: outputs are wanted all the same, and
+    /// the exit code must not depend on who listens.
     pub fn print(&self, text: &str) -> Result<(), Failure> {
         let mut out = io::stdout().lock();
-        out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| stdout_failure(&e))
+        match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+            Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+                Err(Failure::new(Exit::Io, "cannot write to standard output").fact(error.to_string()))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Write one result line to stdout.
@@ -133,12 +142,14 @@ impl Terminal {
         }
     }
 
-    /// An error on stderr, as text or as one line of JSON.
+    /// An error on stderr, as text or as one line of JSON. An interruption is told once: the handler of signals and the work that it stops both
+    /// come to know of it.
     pub fn error(&self, failure: &Failure) {
-        if !failure.silent {
-            let text = if self.json { failure.to_json() } else { failure.to_text(|w| self.paint_err(Paint::Red, w)) };
-            self.stderr(&text);
+        if failure.exit == Exit::Interrupted && INTERRUPTION_IS_TOLD.swap(true, Ordering::SeqCst) {
+            return;
         }
+        let text = if self.json { failure.to_json() } else { failure.to_text(|w| self.paint_err(Paint::Red, w)) };
+        self.stderr(&text);
     }
 
     pub fn paint(&self, paint: Paint, text: &str) -> String {
@@ -186,12 +197,4 @@ fn sgr(paint: Paint, text: &str) -> String {
         Paint::Yellow => "33",
     };
     format!("\x1b[{code}m{text}\x1b[0m")
-}
-
-fn stdout_failure(error: &io::Error) -> Failure {
-    if error.kind() == ErrorKind::BrokenPipe {
-        Failure::broken_pipe()
-    } else {
-        Failure::new(Exit::Io, "cannot write to standard output").fact(error.to_string())
-    }
 }

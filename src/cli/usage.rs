@@ -1,11 +1,9 @@
-//! What clap says only in part: why two flags do not go together, and that a value came from the environment.
+//! What clap says only in part: why two flags do not go together.
 
 use super::exit::Exit;
 use super::failure::Failure;
 use clap::Error;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use std::error::Error as _;
-use std::ffi::OsString;
 
 /// Why a flag does not go with some others. In what helps, `{other}` is the other flag that was typed.
 struct Conflict {
@@ -18,11 +16,17 @@ struct Conflict {
 const OTHER: &str = "leave out {other}";
 const TAKE_OUT: &str = "take a frame out as a still file: bvhc convert FILE -o STILL --frame N";
 
-const CONFLICTS: [Conflict; 26] = [
+const CONFLICTS: [Conflict; 27] = [
     row("--quiet", &["--verbose"], "one asks for fewer words and the other for more", "leave out --quiet"),
     // build
     row("--fps", &["--time"], "a clip is played as many frames, or posed at one time", "leave out --time"),
     row("--play", &["--time"], "a clip is played as many frames, or posed at one time", "leave out --time"),
+    row(
+        "--at-rest",
+        &["--clip", "--time", "--fps", "--play"],
+        "one leaves a model at rest and the other poses it by a clip",
+        OTHER,
+    ),
     row("--keyframe-every", &["--trees"], "keyframes imply --trees first", "leave out --trees"),
     row("--flatten", &["--levels"], "--flatten is short for --levels one", "leave out --flatten"),
     row(
@@ -102,17 +106,9 @@ const fn row(flag: &'static str, others: &'static [&'static str], why: &'static 
     Conflict { flag, others, why, help }
 }
 
-/// The global flags that the environment sets, with their short forms.
-const ENVIRONMENT: [(&str, Option<char>, &str); 3] =
-    [("--jobs", Some('j'), "BVHC_JOBS"), ("--max-memory", None, "BVHC_MAX_MEMORY"), ("--color", None, "BVHC_COLOR")];
-
 /// What is said instead of clap's own words, if there is more to say.
-pub fn instead_of(error: &Error, args: &[OsString]) -> Option<Failure> {
-    match error.kind() {
-        ErrorKind::ArgumentConflict => conflict(error),
-        ErrorKind::InvalidValue | ErrorKind::ValueValidation => from_environment(error, args),
-        _ => None,
-    }
+pub fn instead_of(error: &Error) -> Option<Failure> {
+    if error.kind() == ErrorKind::ArgumentConflict { conflict(error) } else { None }
 }
 
 fn conflict(error: &Error) -> Option<Failure> {
@@ -141,31 +137,6 @@ fn told(a: &str, b: &str) -> Option<(&'static str, String)> {
 /// `--frame <all|LIST>` as `--frame`, `[ID]...` as `ID`.
 fn name(shown: &str) -> String {
     shown.split(' ').next().unwrap_or_default().trim_matches(['<', '>', '[', ']', '.']).to_owned()
-}
-
-/// Where nobody typed the flag, its value is the environment's.
-fn from_environment(error: &Error, args: &[OsString]) -> Option<Failure> {
-    let flag = name(&error.get(ContextKind::InvalidArg)?.to_string());
-    let (long, short, variable) = ENVIRONMENT.into_iter().find(|(long, ..)| *long == flag)?;
-    let is_typed = |arg: &OsString| {
-        let arg = arg.to_string_lossy();
-        let is_short = |short| arg.starts_with('-') && !arg.starts_with("--") && arg.contains(short);
-        arg.split('=').next() == Some(long) || short.is_some_and(is_short)
-    };
-    if args.iter().any(is_typed) || std::env::var_os(variable).is_none() {
-        return None;
-    }
-    let value = error.get(ContextKind::InvalidValue).map(ToString::to_string).unwrap_or_default();
-    let fact = match (error.source(), error.get(ContextKind::ValidValue)) {
-        (Some(source), _) => source.to_string(),
-        (None, Some(valid)) => format!("`{value}` is none of {valid}"),
-        (None, None) => format!("`{value}` is no value of {long}"),
-    };
-    Some(
-        Failure::new(Exit::Usage, format!("cannot take the environment variable {variable}"))
-            .fact(fact)
-            .help(format!("unset {variable}")),
-    )
 }
 
 #[cfg(test)]

@@ -120,12 +120,7 @@ impl LaidOut {
     /// Its fields can be changed after [`lay_out`], so they are asked again what they rely on.
     fn validate(&self, exec: &Executor) -> Result<(), BuildError> {
         match &self.instances {
-            None if self.meshes.len() > 1 => {
-                let count = self.meshes.len();
-                Err(BuildError::Layout(format!(
-                    "one level is the tree of one mesh, and {count} are given without instances"
-                )))
-            }
+            None if self.meshes.len() > 1 => Err(BuildError::OneLevel { meshes: self.meshes.len() }),
             None => self.meshes.iter().try_for_each(|mesh| Ok(mesh.validate(0, exec)?)),
             Some(instances) => Ok(validate_placed(&self.meshes, instances, exec)?),
         }

@@ -238,7 +238,7 @@ impl SceneError {
             }
             SceneError::Memory { what, need, limit, .. } => {
                 let [need, limit] = beyond(*need, *limit);
-                format!("{what} needs {need} in all; the limit is {limit}")
+                format!("with {what}, reading holds {need}, and more may follow; the limit is {limit}")
             }
             SceneError::TooMany { what, limit, .. } => format!("{what}; the limit is {limit}"),
         };

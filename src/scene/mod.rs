@@ -44,7 +44,7 @@ pub use resemblance::Resemblance;
 pub(crate) use sanitize::drop_triangles;
 pub use source::Progress;
 pub use validate::GeometryError;
-pub(crate) use validate::{has_inverse, validate_placed};
+pub(crate) use validate::{validate_placed, validate_transform};
 
 use crate::geom::{Aabb, Affine, Point};
 

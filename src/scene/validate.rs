@@ -122,6 +122,10 @@ pub enum GeometryError {
     Transform {
         /// The instance.
         instance: usize,
+        /// The determinant of the transform's linear part.
+        determinant: f64,
+        /// The largest magnitude among the transform's entries.
+        largest: f64,
     },
 }
 
@@ -173,9 +177,11 @@ impl fmt::Display for GeometryError {
             GeometryError::MeshOutOfRange { instance, mesh, meshes } => {
                 write!(f, "instance {instance} names mesh {mesh}, but the scene has {meshes} meshes")
             }
-            GeometryError::Transform { instance } => {
-                write!(f, "the transform of instance {instance} is not finite, or has no inverse that a file can hold")
-            }
+            GeometryError::Transform { instance, determinant, largest } => write!(
+                f,
+                "the transform of instance {instance} has the determinant {determinant:.3e} and entries of up to {largest:.3e}; it must be finite and \
+                 have an inverse that 32-bit floats can hold"
+            ),
         }
     }
 }
@@ -350,16 +356,20 @@ pub(crate) fn validate_placed(meshes: &[Mesh], instances: &[Instance], exec: &Ex
         if i.mesh as usize >= meshes.len() {
             return Err(GeometryError::MeshOutOfRange { instance, mesh: i.mesh, meshes: meshes.len() });
         }
-        if !has_inverse(&i.transform) {
-            return Err(GeometryError::Transform { instance });
-        }
+        validate_transform(instance, &i.transform)?;
     }
     Ok(())
 }
 
-/// Whether a ray can be taken into the mesh that this transform places: it has an inverse, and as a file stores it one that `f64` can tell. What does
+/// A ray can be taken into the mesh that this transform places: it has an inverse, and as a file stores it one that `f64` can tell. What does
 /// not fit in `f32` is refused where it is placed.
-pub(crate) fn has_inverse(transform: &Affine) -> bool {
+pub(crate) fn validate_transform(instance: usize, transform: &Affine) -> Result<(), GeometryError> {
     let fits = transform.to_f32().iter().all(|entry| entry.is_finite());
-    transform.inverse().is_some() && (!fits || transform.is_storable())
+    if transform.inverse().is_some() && (!fits || transform.is_storable()) {
+        return Ok(());
+    }
+    // Comparison with NaN is false, so that NaN stays once it is there.
+    let larger = |a: f64, b: &f64| if b.abs() <= a { a } else { b.abs() };
+    let largest = transform.rows.iter().flatten().fold(0.0, larger);
+    Err(GeometryError::Transform { instance, determinant: transform.determinant(), largest })
 }

@@ -78,6 +78,31 @@ fn a_model_is_posed_at_a_moment_and_the_file_knows_which() {
 }
 
 #[test]
+fn a_model_may_be_left_at_rest_on_purpose() {
+    let place = Place::new();
+    model(&place, "two", &["Rise", "Fall"]);
+    let build = "build two.gltf -o a.bvhc";
+    let told = place.ok(build);
+    assert!(
+        told.err.contains("warning: ") && told.err.contains("2 animations (everything stands at rest)"),
+        "{}",
+        told.err
+    );
+    let before = place.read("a.bvhc");
+    let refused = place.run(&format!("{build} --warnings-as-errors"));
+    assert!(refused.code == 4 && refused.err.contains("at rest: --at-rest"), "{}", refused.err);
+    for more in ["", " -f", " -f --warnings-as-errors", " --warnings-as-errors", " -n --warnings-as-errors"] {
+        let quiet = place.ok(&format!("{build} --at-rest{more}"));
+        assert_eq!(quiet.err, "", "{more}");
+        assert!(place.read("a.bvhc") == before, "{more}: it is how the model is read anyway");
+    }
+    for flag in ["--clip Rise", "--time 1", "--fps 24", "--play 0..1"] {
+        let refused = place.run(&format!("{build} --at-rest {flag}"));
+        assert!(refused.code == 2 && refused.err.contains("at rest"), "{flag}: {}", refused.err);
+    }
+}
+
+#[test]
 fn without_a_time_it_is_the_first_key_and_without_an_animation_the_only_one() {
     let place = Place::new();
     model(&place, "one", &["Rise"]);

@@ -50,11 +50,9 @@ fn what_no_model_reads_is_refused() {
     place.write("t.gltf", model);
     place.write("t.bin", bin);
     for (args, named) in [
-        ("build a.obj -o b.bvhc --allow-outside", "--allow-outside"),
-        ("build a.obj -o b.bvhc --ignore-extension KHR_x", "--ignore-extension"),
+        ("build a.obj -o b.bvhc --scene 1", "--scene"),
         ("build a.obj -o b.bvhc --missing skip", "--missing"),
-        ("check a.bvhc --source a.obj --allow-outside", "--allow-outside"),
-        ("verify a.bvhc --source a.obj --ignore-extension KHR_x --device cpu", "--ignore-extension"),
+        ("check a.bvhc --source a.obj --clip Walk", "--clip"),
         ("verify a.bvhc --device cpu --device-timeout 5s", "--device-timeout"),
         ("verify a.bvhc --device cpu --reference brute --judge 5", "--judge"),
         ("build a.obj -o b.bvhc --depfile-phony", "--depfile-phony"),
@@ -63,8 +61,13 @@ fn what_no_model_reads_is_refused() {
         assert!(said.code == 2 && said.err.contains(named) && said.err.contains("help: "), "{args}: {}", said.err);
     }
     assert!(!place.path("b.bvhc").exists());
-    // Beside a model that reads it, it may stand.
-    place.ok("build a.obj t.gltf -o out/ --allow-outside");
+    // What only permits may stand everywhere, so that one rule of a build system serves all models.
+    for flag in ["--allow-outside", "--ignore-extension KHR_x", "--at-rest"] {
+        place.ok(&format!("build a.obj -o b.bvhc {flag}"));
+        place.ok(&format!("build a.obj t.gltf -o out/ {flag}"));
+    }
+    place.ok("check a.bvhc --source a.obj --allow-outside");
+    place.ok("verify a.bvhc --source a.obj --ignore-extension KHR_x --device cpu --rays 100");
 }
 
 #[test]
@@ -97,6 +100,19 @@ fn a_bad_variable_is_called_by_its_name() {
         let flag = format!("--{}", variable.trim_start_matches("BVHC_").to_lowercase().replace('_', "-"));
         let typed = run(&["info", "a.bvhc", &flag, "odd"]);
         assert!(typed.code == 2 && !typed.err.contains(variable), "{}", typed.err);
+        let good = match variable {
+            "BVHC_JOBS" => "1",
+            "BVHC_MAX_MEMORY" => "1G",
+            _ => "never",
+        };
+        for args in [["info", "a.bvhc", &flag, good], [&flag, good, "info", "a.bvhc"]] {
+            assert_eq!(run(&args).code, 0, "{args:?}: nobody asks the variable");
+        }
+        let unset = said(place.command().env(variable, "").args(["info", "a.bvhc"]).output().unwrap());
+        assert_eq!(unset.code, 0, "{}", unset.err);
+        let wrong = said(place.command().env(variable, value).args(["info", "a.bvhc", "--json"]).output().unwrap());
+        let error: serde_json::Value = serde_json::from_str(wrong.err.trim()).unwrap();
+        assert_eq!(error["exit_code"], 2, "{}", wrong.err);
     }
 }
 
@@ -106,6 +122,7 @@ fn folders_stand_for_the_files_in_them() {
     place.write("models/b9.obj", strip(3));
     place.write("models/b10.obj", strip(2));
     place.write("models/b.mtl", "");
+    place.write("models/.b9.obj", "no model");
     place.ok("build models -o caches/");
     for command in ["info", "check", "stats", "verify --device cpu --rays 100"] {
         let said = place.ok(&format!("{command} caches"));
@@ -144,6 +161,15 @@ fn a_buffer_that_a_depfile_cannot_name_is_refused_before_the_build() {
         assert!(said.code == 2 && said.err.contains("line break"), "{}", said.err);
     }
     assert!(!place.path("t.bvhc").exists() && !place.path("t.d").exists());
+}
+
+#[test]
+fn what_is_no_document_has_no_json() {
+    let place = Place::new();
+    for args in ["completions bash --json", "man -o . --json"] {
+        let said = place.run(args);
+        assert!(said.code == 2 && said.out.is_empty() && said.err.contains("leave out --json"), "{args}: {}", said.err);
+    }
 }
 
 #[test]

@@ -28,6 +28,53 @@ fn a_file_that_is_no_cache_is_not_replaced() {
     place.ok("check b.obj");
 }
 
+#[cfg(unix)]
+#[test]
+fn one_folder_under_two_names_is_one_place() {
+    let place = Place::new();
+    place.write("a/x.obj", strip(5));
+    std::os::unix::fs::symlink("a", place.path("b")).unwrap();
+    for more in ["", " -n"] {
+        let said = place.run(&format!("build a/x.obj b/x.obj{more}"));
+        assert!(said.code == 2 && said.err.contains("a/x.obj and b/x.obj would both become"), "{}", said.err);
+    }
+    assert!(!place.path("a/x.bvhc").exists());
+}
+
+/// As a user who may not write there; root may write anywhere.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_that_takes_no_files_is_told_before_the_build() {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    use std::os::unix::process::CommandExt;
+    let place = Place::new();
+    place.write("a.obj", strip(5));
+    place.write("b.obj", strip(5));
+    std::fs::create_dir(place.path("out")).unwrap();
+    let allow = |name: &str, mode| {
+        std::fs::set_permissions(place.path(name), std::fs::Permissions::from_mode(mode)).unwrap();
+    };
+    allow("out", 0o555);
+    allow("", 0o755);
+    let is_root = place.path("out").metadata().unwrap().uid() == 0;
+    // The program itself may lie where nobody else looks.
+    std::fs::copy(crate::program(), place.path("bvhc")).unwrap();
+    allow("bvhc", 0o755);
+    for more in ["", "-n"] {
+        let mut command = std::process::Command::new(place.path("bvhc"));
+        command.current_dir(place.root()).args(["build", "a.obj", "b.obj", "-o", "out/"]);
+        command.args(Some(more).filter(|more| !more.is_empty()));
+        if is_root {
+            command.uid(65_534).gid(65_534);
+        }
+        let said = said(command.output().unwrap());
+        assert_eq!(said.code, 3, "{more}: {}{}", said.out, said.err);
+        assert_eq!(said.err.matches("the folder out takes no files: Permission denied").count(), 2, "{}", said.err);
+        assert!(said.out.is_empty() && !said.err.contains(".tmp"), "{}{}", said.out, said.err);
+    }
+    allow("out", 0o755);
+}
+
 #[test]
 fn caches_empty_files_and_depfiles_are_replaced() {
     let place = Place::new();

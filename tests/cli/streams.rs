@@ -81,6 +81,31 @@ fn a_pipe_that_closes_early_is_no_error() {
     assert_eq!((child.wait().unwrap().code(), err.as_str()), (Some(0), ""));
 }
 
+#[test]
+fn who_closes_stdout_changes_neither_the_outputs_nor_the_exit_code() {
+    let place = Place::new();
+    for name in ["a", "b", "c"] {
+        place.write(&format!("{name}.obj"), strip(5));
+    }
+    let run = |args: &[&str]| {
+        let mut command = place.command();
+        let mut child = command.args(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let mut err = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut err).unwrap();
+        (child.wait().unwrap().code(), err)
+    };
+    let (code, _) = run(&["build", "a.obj", "b.obj", "c.obj", "-o", "out/", "-q"]);
+    assert_eq!(code, Some(0));
+    assert!(["out/a.bvhc", "out/b.bvhc", "out/c.bvhc"].iter().all(|name| place.path(name).exists()));
+    let (code, err) = run(&["build", "a.obj", "none.obj", "b.obj", "-o", "out/", "-f"]);
+    assert!(code == Some(10) && err.contains("none.obj"), "{code:?} {err}");
+    place.write("out/c.bvhc", "no cache");
+    let (code, err) = run(&["check", "out/a.bvhc", "out/b.bvhc", "out/c.bvhc"]);
+    assert_eq!(code, place.run("check out/a.bvhc out/b.bvhc out/c.bvhc").code.into(), "{err}");
+    assert_ne!(code, Some(0));
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_behind_stdout_is_an_io_error() {

@@ -62,7 +62,8 @@ fn the_heat_of_a_picture_is_what_its_rays_count() {
     assert_eq!(said["output"], "heat.png");
 
     // The same bytes for any number of threads.
-    place.ok("view binned.bvhc -o again.png --shade visits --size 60x40 --jobs 1");
+    let told = place.ok("view binned.bvhc -o again.png --shade visits --size 60x40 --jobs 1");
+    assert!(told.out.starts_with(&format!("again.png  60 x {height} pixels, ")), "{}", told.out);
     assert_eq!(png(&place, "again.png").2, pixels);
 }
 

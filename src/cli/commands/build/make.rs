@@ -91,7 +91,8 @@ impl<'a> Workshop<'a> {
         let laid = compile::lay_out(scene, &self.build, &self.context.exec).map_err(|e| caches::build_failure(&e))?;
         let placing = laid.placing.clone();
         read.degenerate_triangles += placing.collapsed;
-        let remarks = Remarks { report: &read, read: &self.read, rounding: &rounding, placing: &placing };
+        let at_rest = self.args.read.at_rest;
+        let remarks = Remarks { report: &read, read: &self.read, rounding: &rounding, placing: &placing, at_rest };
         let model = names::path(&job.input);
         let empty = (laid.meshes.is_empty() && self.args.empty == Empty::Keep)
             .then(|| Kind::Empty.remark("there is no triangle in it"));
@@ -164,8 +165,11 @@ impl<'a> Workshop<'a> {
             return self.rehearse(job).map(drop);
         }
         let counts = caches::head(&job.output, self.context)?.meta.map_or_else(Vec::new, |meta| meta.read_counts);
-        let accepted = |name: &str| {
-            name == "unreferenced_positions" || (name == "degenerate_triangles" && self.accepts_degenerate())
+        let accepted = |name: &str| match name {
+            "unreferenced_positions" => true,
+            "degenerate_triangles" => self.accepts_degenerate(),
+            "unplayed_animations" => self.args.read.at_rest,
+            _ => false,
         };
         let told = |(name, count): &(String, u64)| {
             let kind = if name == "degenerate_triangles" { Kind::WithoutArea } else { Kind::LeftOut };

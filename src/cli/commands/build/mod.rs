@@ -61,7 +61,7 @@ pub struct BuildArgs {
     /// Treat warnings about a model as errors, and write nothing then
     #[arg(long)]
     pub warnings_as_errors: bool,
-    /// Say what would be built and why, and write nothing. Models that would be built are read, and their faults are told
+    /// Say what would be built and why, and write nothing: no output, no depfile, no time stamp. Models that would be built are read, and their faults are told
     #[arg(short = 'n', long)]
     pub dry_run: bool,
     /// With --dry-run: exit with 1 if anything would be built
@@ -121,7 +121,6 @@ struct Document<'a> {
 
 pub fn run(args: &BuildArgs, context: &Context) -> Result<Exit, Failure> {
     let jobs = plan::jobs(args, inputs::expand(args, context)?)?;
-    args.read.suit_any(jobs.iter().map(|job| (job.input.as_path(), job.bytes.as_deref())))?;
     let workshop = workshop(args, context)?;
     if let Some(note) = args.tree.search_given_up(&workshop.build) {
         context.terminal.note(&note);
@@ -170,8 +169,7 @@ fn attend(job: &Job, workshop: &Workshop) -> Result<(Outcome, Exit), Failure> {
     report(job, settled, workshop)
 }
 
-/// A failure is reported and counted, so that the other jobs go on; only the end of the whole run (a signal, a closed stdout) comes back as an
-/// error.
+/// A failure is reported and counted, so that the other jobs go on; only a signal, which ends the whole run, comes back as an error.
 fn report(
     job: &Job,
     settled: Result<(Outcome, String), Failure>,
@@ -185,7 +183,7 @@ fn report(
             }
             Ok((outcome, Exit::Success))
         }
-        Err(failure) if failure.silent || failure.exit == Exit::Interrupted => Err(failure),
+        Err(failure) if failure.exit == Exit::Interrupted => Err(failure),
         Err(cause) => {
             let mut failure = Failure::new(cause.exit, format!("cannot build {}", names::path(&job.output)));
             failure.facts = std::iter::once(cause.action).chain(cause.facts).collect();

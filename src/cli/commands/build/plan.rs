@@ -142,7 +142,7 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
         } else {
             named.map_or_else(|| input.with_extension("bvhc"), Path::to_owned)
         };
-        if let Some(other) = owners.insert(output.clone(), input.clone()) {
+        if let Some(other) = owners.insert(place(&output), input.clone()) {
             if other == input {
                 return Err(refuse(format!("{} is named twice", names::path(&input))).help("name it once"));
             }
@@ -158,6 +158,15 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
         jobs.push(Job { bytes, frame, frames: plays.clone(), ..still(input, output) });
     }
     refuse_own_inputs(args, &[], jobs)
+}
+
+/// Where an output will be, by its folder's own name: two folders of which one is a link to the other are one place.
+fn place(output: &Path) -> PathBuf {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (folder.canonicalize(), output.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => output.to_owned(),
+    }
 }
 
 fn still(input: PathBuf, output: PathBuf) -> Job {

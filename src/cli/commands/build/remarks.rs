@@ -26,6 +26,8 @@ pub enum Kind {
     WithoutArea,
     /// All else that reading left out.
     LeftOut,
+    /// Clips of a model that stands at rest.
+    AtRest,
     /// What reading had to decide where the model does not say or may not be followed.
     Decided,
     /// Rounding that takes a model's shape, or took it before.
@@ -49,19 +51,26 @@ pub struct Remarks<'a> {
     pub read: &'a ReadOptions,
     pub rounding: &'a Rounding,
     pub placing: &'a Placing,
+    /// Whether the clips of a model were left out on purpose.
+    pub at_rest: bool,
 }
 
 impl Remarks<'_> {
     /// In the order in which they are told.
     pub fn warnings(&self, levels: Levels) -> Vec<Remark> {
         let left_out = self.others_left_out().map(|what| Kind::LeftOut.remark(format!("left out {what}")));
+        let clips = self.report.unplayed_animations;
+        let clips = (clips > 0 && !self.at_rest).then(|| {
+            let text = counted(clips, "animation", " (everything stands at rest)");
+            Kind::AtRest.remark(format!("left out {text}"))
+        });
         let decided = self.decided().into_iter().map(|text| Kind::Decided.remark(text));
         let rounding = self.rounded(levels).into_iter().map(|text| Kind::Rounding.remark(text));
         let without_area = self.without_area().map(|what| {
             let done = if self.read.degenerate == Degenerate::Keep { "kept" } else { "left out" };
             Kind::WithoutArea.remark(format!("{done} {what}"))
         });
-        without_area.into_iter().chain(left_out).chain(decided).chain(rounding).collect()
+        without_area.into_iter().chain(left_out).chain(clips).chain(decided).chain(rounding).collect()
     }
 
     /// What rounding took of the model's shape.
@@ -164,7 +173,6 @@ impl Remarks<'_> {
             (report.singular_instances, "instance", " scaled to nothing"),
             (report.out_of_range_instances, "instance", &beyond),
             (report.hidden_nodes, "hidden node", ""),
-            (report.unplayed_animations, "animation", " (everything stands at rest)"),
             (report.unapplied_morph_weights, "morph weight", " without a target"),
         ]
         .into_iter()
@@ -196,9 +204,11 @@ pub fn nothing_in(frames: u64) -> Option<Remark> {
 pub fn with_warnings(model: &str, told: &[Remark]) -> Failure {
     let failure = Failure::new(Exit::Model, format!("cannot take {model} without warnings"));
     let failure = told.iter().fold(failure, |failure, remark| failure.fact(remark.text.clone()));
-    let is_of_policy = told.iter().any(|remark| remark.kind == Kind::WithoutArea);
-    failure.help(if is_of_policy {
+    let is_about = |kind| told.iter().any(|remark| remark.kind == kind);
+    failure.help(if is_about(Kind::WithoutArea) {
         "mend the model, or say that triangles without area are left out: --degenerate drop"
+    } else if is_about(Kind::AtRest) {
+        "choose a clip with --clip, or say that the model is meant at rest: --at-rest"
     } else {
         "mend what is told, or leave out --warnings-as-errors"
     })
@@ -261,7 +271,7 @@ mod tests {
         let (report, read, rounding) = (ReadReport::default(), ReadOptions::default(), Rounding::default());
         let loss = Loss { farthest: 0.2, edge: 0.1, share: 0.9, gone: 0.0 };
         let placing = Placing { loss, ..Placing::default() };
-        let remarks = Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing };
+        let remarks = Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing, at_rest: false };
         let said = remarks.warnings(Levels::One);
         assert!(
             matches!(&said[..], [Remark { kind: Kind::Rounding, text }] if text.contains("0.200") && text.contains("0.100 long (90%") && text.contains("--levels auto")),
@@ -283,7 +293,8 @@ mod tests {
         let (rounding, placing) = (Rounding::default(), Placing::default());
         let said = |degenerate| {
             let read = ReadOptions { degenerate, ..ReadOptions::default() };
-            Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing }.warnings(Levels::Auto)
+            Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing, at_rest: false }
+                .warnings(Levels::Auto)
         };
         assert_eq!(
             said(Degenerate::Drop),

@@ -227,7 +227,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         };
         match done {
             Ok(()) => {}
-            Err(failure) if failure.silent || failure.exit == Exit::Interrupted => {
+            Err(failure) if failure.exit == Exit::Interrupted => {
                 verdicts.fail(path, None, failure);
                 break;
             }

@@ -20,6 +20,7 @@ use crate::report::outline::Outline;
 use crate::report::picture::{
     Canvas, Difference, Figures, Lens, Scale, Shade, Shot, Subtree, beside, boxes, heading, stacked,
 };
+use crate::size::bytes;
 use crate::trace::Malformed;
 use crate::trace::probe::Camera;
 use std::path::Path;
@@ -191,6 +192,7 @@ fn show(
 ) -> Result<Exit, Failure> {
     let paths: Vec<&Path> = args.files.iter().map(std::path::PathBuf::as_path).collect();
     let named = names::headings(&paths);
+    let mut written = None;
     if let Some(path) = &args.output {
         let titles = named.iter().map(String::as_str).chain(["difference"]);
         let whole = |((canvas, scale), title): (&(Canvas, Option<Scale>), &str)| {
@@ -203,7 +205,9 @@ fn show(
             stacked(&parts)
         };
         let all: Vec<Canvas> = panels.iter().zip(titles).map(whole).collect();
-        drawing::picture(path, &beside(&all))?;
+        let canvas = beside(&all);
+        let length = bytes(drawing::picture(path, &canvas)?);
+        written = Some(format!("{}  {} x {} pixels, {length}\n", names::path(path), canvas.width(), canvas.height()));
     }
     if context.terminal.json {
         let output = args.output.as_ref().map(|path| path.to_string_lossy().into_owned());
@@ -220,7 +224,7 @@ fn show(
         }
     }
     if !context.terminal.quiet {
-        context.terminal.print(&report.text(&named))?;
+        context.terminal.print(&(written.unwrap_or_default() + &report.text(&named)))?;
     }
     Ok(Exit::Success)
 }

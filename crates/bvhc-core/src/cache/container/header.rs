@@ -33,7 +33,11 @@ pub fn read(file: &[u8], out: &mut impl Sink) -> ControlFlow<(), Header> {
 
     // Hold the fields against the file and each other.
     if header.file_len != file.len() as u64 || !header.file_len.is_multiple_of(64) {
-        let stated = || format!("{} (a multiple of 64)", header.file_len);
+        let rest = header.file_len % 64;
+        let stated = || match rest {
+            0 => header.file_len.to_string(),
+            rest => format!("{}, which is {rest} more than a multiple of 64", header.file_len),
+        };
         out.breach(&rules::E0106, Place::byte(16), || (stated(), file.len().to_string()))?;
     }
     if let Some(i) = header.reserved.iter().position(|b| *b != 0) {

@@ -13,6 +13,9 @@ use std::path::Path;
 pub struct ReadArgs {
     #[command(flatten)]
     pub model: ModelReading,
+    /// Leave a glTF model at rest, as its nodes and meshes stand without a clip, and do not warn that it has clips
+    #[arg(long, conflicts_with_all = ["clip", "time", "fps", "play"])]
+    pub at_rest: bool,
     /// Keep which vertices of the model each triangle has, to interpolate normals and texture coordinates at hits: 12 bytes a triangle
     #[arg(long)]
     pub vertices: bool,
@@ -44,17 +47,6 @@ impl ReadArgs {
     pub fn resolve(&self) -> ReadOptions {
         let (vertices, vertex_bits) = (self.vertices, self.vertex_bits);
         ReadOptions { vertices, vertex_bits, ..self.model.resolve() }
-    }
-
-    /// Refuse to permit what none of the models asks for: OBJ models name no buffers and have no extensions. Beside a glTF model they may stand.
-    pub fn suit_any<'m>(&self, models: impl Iterator<Item = (&'m Path, Option<&'m [u8]>)>) -> Result<(), Failure> {
-        let Some((flag, things)) = self.model.permission() else { return Ok(()) };
-        let mut models = models.peekable();
-        let Some(first) = models.peek().map(|(model, _)| *model) else { return Ok(()) };
-        match models.all(|(model, content)| self.format(model, content) == Some(Format::Obj)) {
-            true => Err(not_of_obj(first, flag, flag, things)),
-            false => Ok(()),
-        }
     }
 
     /// As the reader tells it. `content` is the model itself where it came from standard input.

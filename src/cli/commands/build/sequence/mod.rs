@@ -108,7 +108,7 @@ impl Workshop<'_> {
                  meshes that stand still, and for all with --trees first"
             ));
         }
-        let mut told = Told::default();
+        let mut told = Told { at_rest: self.args.read.at_rest, ..Told::default() };
         match frames_of {
             Frames::Files(list) => self.files(job, list, &read, &mut builder, &mut told, &bar)?,
             Frames::Clip { choice, fps, range } => {
@@ -129,7 +129,8 @@ impl Workshop<'_> {
             return Err(changed_meanwhile(&path));
         }
         report.degenerate_triangles += placing.collapsed;
-        let remarks = Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing };
+        let at_rest = self.args.read.at_rest;
+        let remarks = Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing, at_rest };
         if frames.iter().all(|frame| frame.triangles == 0) && self.args.empty == Empty::Error {
             return Err(remarks.nothing(&model));
         }

@@ -29,6 +29,8 @@ pub struct Told {
     pub troubled: Vec<i32>,
     /// A file that changed between two readings.
     pub changed: Option<PathBuf>,
+    /// Whether clips of the frames' models were left out on purpose.
+    pub at_rest: bool,
 }
 
 /// What a frame's file or pose had to say.
@@ -93,7 +95,7 @@ impl Told {
             self.read.insert(index);
         }
         let (report, rounding, placing) = (&scene.report, &scene.rounding, &Placing::default());
-        let remarks = Remarks { report, read, rounding, placing };
+        let remarks = Remarks { report, read, rounding, placing, at_rest: self.at_rest };
         if scene.is_empty || !remarks.warnings(Levels::Two).is_empty() {
             self.troubled.push(frame.number);
         }
