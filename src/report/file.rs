@@ -1,5 +1,6 @@
 //! [`FileReport`]: the trees of one file, folded.
 
+use super::families::FamilyReport;
 use super::overlap::EpoReport;
 use super::rays::RayReport;
 use super::stats::{TreeReport, TreeStats};
@@ -29,6 +30,8 @@ pub struct FileReport {
     pub epo: Option<EpoReport>,
     /// What probe rays do in the trees; `None` where none were traced.
     pub rays: Option<RayReport>,
+    /// What each family of rays pays; empty where none were traced.
+    pub families: Vec<FamilyReport>,
     /// How the BLASes differ; `None` for a file with a single one.
     pub blas_spread: Option<BlasSpread>,
     pub tlas: Option<TreeReport>,
@@ -82,6 +85,7 @@ impl FileReport {
             blas: TreeReport::from(&blas),
             epo: None,
             rays: None,
+            families: Vec::new(),
             blas_spread: spread,
             tlas: tlas.as_ref().map(TreeReport::from),
             notes: Vec::new(),

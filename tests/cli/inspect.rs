@@ -254,6 +254,47 @@ fn stats_counts_what_rays_do_in_each_set() {
 }
 
 #[test]
+fn stats_tells_what_each_family_of_rays_pays() {
+    let place = built("");
+    let families = |args: &str| place.ok(&format!("stats a.bvhc --json {args}")).json()["files"][0]["families"].clone();
+    assert_eq!(families(""), serde_json::json!([]));
+    let told = families("--rays 400");
+    let told = told.as_array().unwrap();
+    let of = |family: &serde_json::Value, field: &str| family[field].as_f64().unwrap();
+    assert!(told.len() >= 6, "{told:?}");
+    for family in told {
+        let error = of(family, "deviation") / of(family, "rays").sqrt();
+        assert!((error - of(family, "standard_error")).abs() < 1e-9 && of(family, "cost") > 0.0, "{family}");
+    }
+    let text = place.ok("stats a.bvhc --rays 400").out;
+    let csv = place.ok("stats a.bvhc --rays 400 --csv").out;
+    for family in told {
+        let (name, cost) = (family["name"].as_str().unwrap(), of(family, "cost"));
+        let shown = text.lines().find(|line| line.starts_with(&format!("  {name} "))).unwrap_or_default();
+        assert!(shown.contains(&format!("{cost:.2} ±")), "{name}: {text}");
+        assert!(csv.contains(&format!("{name}_cost")) && csv.contains(&cost.to_string()), "{csv}");
+    }
+}
+
+#[test]
+fn stats_shows_many_files_below_each_other() {
+    let place = built("");
+    let name = |i: usize| format!("many/b{i}.bvhc");
+    place.ok("build a.obj -o many/");
+    for i in 0..5 {
+        std::fs::copy(place.path("a.bvhc"), place.path(&name(i))).unwrap();
+    }
+    let said = place.ok("stats many");
+    let lines: Vec<&str> = said.out.lines().collect();
+    assert!(lines.len() == 7 && lines[0].contains("triangles") && lines[0].contains("SAH"), "{}", said.out);
+    assert!(!said.out.contains("ray cost") && said.err.contains("--csv"), "nobody asked for rays: {}", said.out);
+    let nodes = place.ok("stats a.bvhc").out;
+    let nodes = nodes.lines().find(|line| line.starts_with("nodes")).unwrap().split_whitespace().last().unwrap();
+    assert!(lines[1..].iter().all(|line| line.split_whitespace().any(|word| word == nodes)), "{}", said.out);
+    assert!(place.ok("stats many --rays 100").out.contains("ray cost"));
+}
+
+#[test]
 fn stats_compares_two_files_and_judges_for_ci() {
     let place = built("--preset draft");
     place.ok("build a.obj -o b.bvhc --preset draft -O max-leaf=1");

@@ -166,6 +166,14 @@ impl FamilyCost {
         (!rays.is_empty()).then(|| sum / rays.len() as f64)
     }
 
+    /// The mean of what a ray of the family costs, and the standard deviation over its rays; `None` where the family is empty.
+    pub fn spread(&self, family: Family) -> Option<(f64, f64)> {
+        let (rays, mean) = (&self.rays[family as usize], self.mean(family)?);
+        // About the mean, not as the difference of two large numbers.
+        let squares: f64 = rays.iter().map(|cost| (f64::from(*cost) - mean).powi(2)).sum();
+        Some((mean, (squares / rays.len() as f64).sqrt()))
+    }
+
     /// By how much of its own cost a ray of the family costs more than in another tree, −0.1 for a tenth less, and the standard error of
     /// that. Both were asked the same rays, so that most of what chance does to one it does to the other. `None` where the family is empty.
     pub fn beyond(&self, other: &FamilyCost, family: Family) -> Option<(f64, f64)> {
