@@ -124,8 +124,8 @@ impl Image {
     fn push_blas(&mut self, mesh: &Mesh, tree: &Tree, exec: &Executor) {
         let blas = self.blases.len() as u32;
         let first_geom = self.geoms.len() as u32;
-        self.names.extend(mesh.parts.iter().map(|part| clip_name(&part.name).to_owned()));
-        self.materials.extend(mesh.parts.iter().map(|part| clip_name(&part.material).to_owned()));
+        self.names.extend(mesh.parts.iter().map(|part| clip_name(&part.name).into_owned()));
+        self.materials.extend(mesh.parts.iter().map(|part| clip_name(&part.material).into_owned()));
         // The mark is about a node's transform: what a program moved by none is in the space of its mesh.
         let is_mirrored = |part: &Part| part.mirrored && part.baked_node.is_some();
         self.sides.extend(mesh.parts.iter().map(|part| if is_mirrored(part) { side_flags::MIRRORED } else { 0 }));

@@ -193,11 +193,21 @@ pub fn lay_out(mut scene: Scene, options: &BuildOptions, exec: &Executor) -> Res
         }
         Plan::Meshes { apart } => {
             let mut instances = instances;
+            let mut uses = vec![0u32; meshes.len()];
+            instances.iter().for_each(|i| uses[i.mesh as usize] = uses[i.mesh as usize].saturating_add(1));
             for (instance, origin) in instances.iter_mut().zip(apart) {
                 let Some(origin) = origin else { continue };
                 let mesh = merge(&[instance], origin, true, &mut meshes)?;
-                meshes[instance.mesh as usize] = mesh;
                 instance.transform = Affine::translation(origin);
+                let others = &mut uses[instance.mesh as usize];
+                *others = others.saturating_sub(1);
+                match others {
+                    0 => meshes[instance.mesh as usize] = mesh,
+                    _ => {
+                        instance.mesh = meshes.len() as u32;
+                        meshes.push(mesh);
+                    }
+                }
             }
             let mut laid = LaidOut { meshes, instances: Some(instances), placing };
             let loss = shift_meshes(&mut laid);

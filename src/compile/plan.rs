@@ -9,7 +9,7 @@ use super::LaidOut;
 use super::place::{Grain, mesh_box, vertex, world_box};
 use crate::build::Levels;
 use crate::geom::Affine;
-use crate::scene::{Bounds, Instance, Loss, Mesh, Scene, local_origin};
+use crate::scene::{Bounds, Instance, Loss, Mesh, Scene, is_collinear, local_origin};
 
 /// What the trees hold. Instances are numbered without those that show no triangle.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,8 +18,8 @@ pub(super) enum Plan {
     One,
     /// A tree for each group: its instances baked together about its origin.
     Groups(Vec<Group>),
-    /// A tree for each mesh in its own coordinates, and the instances' matrices. `apart` has an origin for each instance whose mesh stands
-    /// nowhere else and whose matrix 32 bits do not hold well enough: it is baked about that origin.
+    /// A tree for each mesh in its own coordinates, and the instances' matrices. `apart` has an origin for each instance whose matrix 32 bits do not hold
+    /// well enough: it is baked about that origin. Where its mesh stands elsewhere too, that is a copy, and only made where no shift of the mesh could help.
     Meshes { apart: Vec<Option<[f64; 3]>> },
 }
 
@@ -52,13 +52,22 @@ impl Plan {
             Levels::One => Plan::One,
             Levels::Auto if !is_shared => groups(&visible),
             Levels::Auto | Levels::Two => {
+                let mut grains: Vec<Option<Grain>> = scene.meshes.iter().map(|_| None).collect();
+                let own: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+                let mut copies = own.max(WORK);
                 let apart = visible.iter().map(|(instance, mesh)| {
-                    (uses[instance.mesh as usize] == 1).then_some(())?;
-                    let grain = Grain::new(mesh);
+                    let grain = grains[instance.mesh as usize].get_or_insert_with(|| Grain::new(mesh));
                     let by_matrix = grain.loss_by_matrix(&instance.transform);
                     (!by_matrix.is_tolerable()).then_some(())?;
+                    let is_shared = uses[instance.mesh as usize] > 1;
+                    if is_shared {
+                        let turned = grain.loss_by_matrix(&without_translation(&instance.transform));
+                        (!turned.is_tolerable() && mesh.triangles.len() <= copies).then_some(())?;
+                    }
                     let origin = local_origin(world_box(&grain.bounds, &instance.transform));
-                    by_matrix.is_more_than(&loss_about(instance, mesh, origin, Loss::SAMPLE)).then_some(origin)
+                    let is_better = by_matrix.is_more_than(&loss_about(instance, mesh, origin, Loss::SAMPLE));
+                    copies -= if is_shared && is_better { mesh.triangles.len() } else { 0 };
+                    is_better.then_some(origin)
                 });
                 Plan::Meshes { apart: apart.collect() }
             }
@@ -74,7 +83,10 @@ impl Plan {
                 let moved = groups.iter().map(|g| &g.origin).filter(|o| **o != [0.0; 3]);
                 (moved.map(shown).collect(), groups.len())
             }
-            Plan::Meshes { apart } => (apart.iter().flatten().map(shown).collect(), apart.len()),
+            Plan::Meshes { apart } => {
+                let moved = apart.iter().flatten().filter(|o| **o != [0.0; 3]);
+                (moved.map(shown).collect(), apart.len())
+            }
         };
         let some = match &origins[..] {
             [] => return Vec::new(),
@@ -85,6 +97,10 @@ impl Plan {
             if origins.len() == all { "trees are".to_string() } else { format!("{} of the trees are", origins.len()) };
         vec![format!("levels: {trees} about origins of their own, since 32 bits lose the shape elsewhere: {some}")]
     }
+}
+
+fn without_translation(transform: &Affine) -> Affine {
+    Affine { rows: transform.rows.map(|[x, y, z, _]| [x, y, z, 0.0]) }
 }
 
 /// The instances that show a triangle, with their meshes.
@@ -191,13 +207,13 @@ pub(super) fn shift_meshes(laid: &mut LaidOut) -> Loss {
     let mut of_mesh: Vec<Vec<usize>> = vec![Vec::new(); laid.meshes.len()];
     instances.iter().enumerate().for_each(|(i, instance)| of_mesh[instance.mesh as usize].push(i));
     for (mesh, of_mesh) in laid.meshes.iter_mut().zip(of_mesh) {
-        let loss = |mesh: &Mesh, transforms: &[Affine]| {
-            let grain = Grain::new(mesh);
-            let losses = transforms.iter().map(|t| grain.loss_by_matrix(t));
-            losses.reduce(|a, b| if b.is_more_than(&a) { b } else { a }).unwrap_or_default()
+        let more = |a: Loss, b: Loss| if b.is_more_than(&a) { b } else { a };
+        let loss = |grain: &Grain, transforms: &[Affine]| {
+            transforms.iter().map(|t| grain.loss_by_matrix(t)).reduce(more).unwrap_or_default()
         };
         let transforms: Vec<Affine> = of_mesh.iter().map(|i| instances[*i].transform).collect();
-        let mut least = loss(mesh, &transforms);
+        let mut grain = Grain::new(mesh);
+        let mut least = loss(&grain, &transforms);
         if !least.is_tolerable()
             && let Some(shift) = transforms.iter().find_map(shift_to_floats)
         {
@@ -205,8 +221,13 @@ pub(super) fn shift_meshes(laid: &mut LaidOut) -> Loss {
             let positions = (0..mesh.positions.len()).map(|v| mesh.baked_position(v, &by)).collect();
             let moved = Mesh { positions, remainders: Vec::new(), ..mesh.clone() };
             let placed: Vec<Affine> = transforms.iter().map(|t| t.then_inner(&Affine::translation(shift))).collect();
-            let then = loss(&moved, &placed);
-            if least.is_more_than(&then) {
+            // The triangles are as small as they were; what rounding makes of them is lost as well.
+            grain.bounds = mesh_box(&moved);
+            let stored = |v: u32| vertex(&moved, v).map(f64::from);
+            let exact = |v: u32| by.transform_point(vertex(mesh, v).map(f64::from));
+            let then = more(loss(&grain, &placed), Loss::of(&mesh.triangles, usize::MAX, exact, stored));
+            let keeps = |t: usize| !is_collinear(moved.corners(t)) || is_collinear(mesh.corners(t));
+            if least.is_more_than(&then) && (0..mesh.triangles.len()).all(keeps) {
                 (*mesh, least) = (moved, then);
                 of_mesh.iter().zip(placed).for_each(|(i, t)| instances[*i].transform = t);
             }

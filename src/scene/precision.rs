@@ -1,7 +1,8 @@
 //! What storing corners in 32 bits does to a mesh's shape, and from where to measure them so that it does least.
 
 use super::bounds::Bounds;
-use super::{Mesh, Rounding};
+use super::{Mesh, ReadReport, Rounding};
+use crate::geom::Point;
 use crate::geom::vector::sub;
 
 /// How far corners move when they are stored, held against the triangles that they belong to.
@@ -216,6 +217,25 @@ pub(super) fn worst_rounding(meshes: &[Mesh], posed: Vec<Rounding>) -> Rounding 
     };
     let lost = meshes.iter().map(rounding).filter(|r| r.loss.farthest > 0.0 || r.rounded_before.is_some());
     posed.into_iter().chain(lost).reduce(|a, b| if cost(&b) > cost(&a) { b } else { a }).unwrap_or_default()
+}
+
+/// Count the triangles whose corners are all numbers, but not all such as `f32` can hold, and the largest coordinate there. `exact` and `stored` tell where a
+/// vertex is and where it comes to be.
+pub(super) fn count_beyond_range(
+    triangles: &[[u32; 3]],
+    exact: impl Fn(u32) -> [f64; 3],
+    stored: impl Fn(u32) -> Point,
+    report: &mut ReadReport,
+) {
+    for triangle in triangles {
+        let corners = triangle.map(&exact);
+        let is_beyond = |v: &u32| !stored(*v).iter().all(|c| c.is_finite());
+        if triangle.iter().any(is_beyond) && !corners.iter().flatten().any(|c| c.is_nan()) {
+            report.out_of_range_triangles += 1;
+            let largest = corners.iter().flatten().fold(0.0, |largest: f64, c| largest.max(c.abs()));
+            report.largest_magnitude = report.largest_magnitude.max(largest);
+        }
+    }
 }
 
 #[cfg(test)]

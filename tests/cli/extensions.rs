@@ -91,3 +91,28 @@ fn what_a_still_build_leaves_out_is_said() {
     place.ok("check m.bvhc --source m.gltf");
     place.ok("verify m.bvhc --source m.gltf --device cpu --rays 1000");
 }
+
+#[test]
+fn an_extension_that_is_only_used_and_ignored_is_told() {
+    let place = Place::new();
+    let (model, bin) = gltf("t");
+    let hidden = model
+        .replace(
+            r#""nodes":[{"mesh":0}]"#,
+            r#""nodes":[{"mesh":0},{"mesh":0,"extensions":{"KHR_node_visibility":{"visible":false}}}]"#,
+        )
+        .replace(r#"{"nodes":[0]}"#, r#"{"nodes":[0,1]}"#)
+        .replace(r#""scene":0"#, r#""extensionsUsed":["KHR_node_visibility"],"scene":0"#);
+    place.write("m.gltf", hidden);
+    place.write("t.bin", bin);
+    let said = place.ok("build m.gltf -o a.bvhc");
+    assert!(said.out.contains("1 tri ") && said.err.contains("1 hidden node"), "{}{}", said.out, said.err);
+    let said = place.ok("build m.gltf -o b.bvhc --ignore-extension KHR_node_visibility");
+    assert!(
+        said.err.contains("the glTF extension KHR_node_visibility") && said.err.contains("is ignored"),
+        "{}",
+        said.err
+    );
+    let strict = "build m.gltf -o c.bvhc --warnings-as-errors --ignore-extension KHR_node_visibility";
+    assert_eq!(place.run(strict).code, 4);
+}

@@ -253,3 +253,37 @@ fn a_policy_that_was_typed_is_no_warning() {
     place.write("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\nl 1 2\n");
     assert_eq!(place.run("build b.obj --warnings-as-errors --degenerate drop").code, 4);
 }
+
+#[test]
+fn long_names_are_cut_and_stay_apart() {
+    let place = Place::new();
+    let long = "x".repeat(5000);
+    let group = |end: char, first: u32| {
+        format!("g {long}{end}\nv 0 0 {first}\nv 1 0 {first}\nv 0 1 {first}\nf {first} {} {}\n", first + 1, first + 2)
+    };
+    place.write("a.obj", group('A', 1) + &group('B', 4));
+    place.ok("build a.obj -o a.bvhc --warnings-as-errors");
+    place.ok("check a.bvhc --source a.obj");
+    let cache = bvhc::cache::Cache::open(place.path("a.bvhc")).unwrap();
+    let names = cache.names();
+    let (first, second) = (names.get(0).unwrap(), names.get(1).unwrap());
+    assert!(first != second && first.len() <= 4096 && first.starts_with("/xxx"), "{first} {second}");
+}
+
+#[test]
+fn a_data_uri_may_stand_behind_white_space_and_is_never_shown() {
+    let place = Place::new();
+    let (model, bin) = gltf("t");
+    let base64 = {
+        use base64::Engine;
+        base64::engine::general_purpose::STANDARD.encode(&bin)
+    };
+    place.write("a.gltf", model.replace("t.bin", &format!("  data:;base64,{base64}")));
+    place.ok("build a.gltf -o a.bvhc");
+    for start in ["data;base64,", ";base64,", "application/octet-stream;base64,"] {
+        place.write("b.gltf", model.replace("t.bin", &format!("{start}{base64}")));
+        let said = place.run("build b.gltf -o b.bvhc");
+        assert!(said.code == 4 && said.err.contains("looks like a data URI"), "{}", said.err);
+        assert!(!said.err.contains(&base64[..12]), "{}", said.err);
+    }
+}

@@ -1,7 +1,7 @@
 //! Models far from the origin: what is kept of their shape, and what is said where it cannot be.
 
-use crate::Place;
 use crate::common::cases_dir;
+use crate::{Place, gltf};
 use bvhc::cache::Cache;
 use bvhc::geom::Ray;
 use bvhc::trace::closest_hit;
@@ -115,4 +115,77 @@ fn a_matrix_whose_inverse_cannot_be_told_is_baked() {
     let cache = Cache::open(place.path("two.bvhc")).unwrap();
     assert_eq!((cache.instances().len(), cache.blases().len()), (2, 2));
     assert!(cache.geoms().iter().any(|part| part.baked_node == 0));
+}
+
+/// One triangle at two nodes: below a node that is scaled by `flat` along an axis, turned before and after, and where nothing is flat.
+fn flat_and_not(place: &Place, name: &str, turns: [[f64; 4]; 2], flat: f64) {
+    let (model, bin) = gltf("t");
+    let nodes = format!(
+        r#""nodes":[{{"mesh":0,"rotation":{:?}}},{{"children":[0],"translation":[10.1,2.2,-3.3],"rotation":{:?},"scale":[1,1,{flat:e}]}},{{"mesh":0,"translation":[1.1,2.7,3.3]}}]"#,
+        turns[0], turns[1]
+    );
+    let model = model.replace(r#""nodes":[{"mesh":0}]"#, &nodes).replace(r#"{"nodes":[0]}"#, r#"{"nodes":[1,2]}"#);
+    assert!(model.contains("10.1") && model.contains("[1,2]"));
+    place.write(name, model);
+    place.write("t.bin", bin);
+}
+
+/// A unit quaternion, another one for each number.
+fn turn(number: u32) -> [f64; 4] {
+    let some = [0.7, 1.3, 2.1, 2.9].map(|k: f64| (k * f64::from(number + 1)).sin());
+    let length = some.iter().map(|c| c * c).sum::<f64>().sqrt();
+    some.map(|c| c / length)
+}
+
+#[test]
+fn a_mesh_that_is_flat_at_one_node_is_whole_at_the_others() {
+    let place = Place::new();
+    for number in 0..12 {
+        for flat in [0.0, 1e-17, 1e-9, 1e-6, 1e-3] {
+            let turns = [turn(2 * number), turn(2 * number + 1)];
+            flat_and_not(&place, "a.gltf", turns, flat);
+            let said = place.ok("build a.gltf -o a.bvhc --warnings-as-errors");
+            assert!(said.out.contains("2 tris"), "{number} {flat}: {}", said.out);
+            let checked = place.ok("check a.bvhc --source a.gltf");
+            assert_eq!(checked.err, "", "{number} {flat}");
+            let verified = place.ok("verify a.bvhc --source a.gltf --device cpu --rays 300 --json").json();
+            let hits = verified["files"][0]["oracle"]["hits_tested"].as_u64();
+            assert!(hits.is_some_and(|hits| hits > 20), "{number} {flat}: {verified}");
+        }
+    }
+}
+
+#[test]
+fn what_no_shift_can_keep_is_told() {
+    let place = Place::new();
+    let (model, bin) = gltf("t");
+    place.write("t.bin", bin);
+    for (x, what) in [("39040537200000.3", "loses its shape"), ("1.1e15", "loses its shape")] {
+        let nodes = format!(r#""nodes":[{{"mesh":0,"translation":[{x},0,0]}},{{"mesh":0,"translation":[{x},3,0]}}]"#);
+        let model = model.replace(r#""nodes":[{"mesh":0}]"#, &nodes).replace(r#"{"nodes":[0]}"#, r#"{"nodes":[0,1]}"#);
+        place.write("a.gltf", model);
+        let said = place.ok("build a.gltf -o a.bvhc");
+        assert!(said.err.contains(what), "{x}: {}", said.err);
+        assert!(said.out.contains("2 instances (2 tris)"), "{x}: {}", said.out);
+        assert_eq!(place.run("build a.gltf -o b.bvhc --warnings-as-errors").code, 4);
+    }
+}
+
+#[test]
+fn what_a_morph_target_moves_beyond_the_range_is_not_called_nan() {
+    let place = Place::new();
+    let floats = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 3e38, 0.0, 0.0, 3e38, 0.0, 0.0, 3e38, 0.0, 0.0];
+    place.write("t.bin", floats.iter().flat_map(|f| f.to_le_bytes()).collect::<Vec<u8>>());
+    place.write(
+        "a.gltf",
+        r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0},{"mesh":1}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"targets":[{"POSITION":1}]}],"weights":[5]},{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "buffers":[{"uri":"t.bin","byteLength":72}],"bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+        {"bufferView":1,"componentType":5126,"count":3,"type":"VEC3","min":[3e38,0,0],"max":[3e38,0,0]}]}"#,
+    );
+    let said = place.ok("build a.gltf -o a.bvhc --json");
+    let read = &said.json()["results"][0]["built"]["read"];
+    assert_eq!((read["out_of_range_triangles"].as_u64(), read["non_finite_triangles"].as_u64()), (Some(1), Some(0)));
+    assert!(said.err.contains("1.5e39") && !said.err.contains("NaN"), "{}", said.err);
 }

@@ -19,6 +19,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import gltf_scene  # noqa: E402
 import obj_model  # noqa: E402
 import polygons  # noqa: E402
+from blake3 import blake3  # noqa: E402
 from arithmetic import F64_SLACK, half_ulp, rounded, without_area  # noqa: E402
 from cache import Cache, bvhc_reader  # noqa: E402
 from model import NO_NODE, Refused  # noqa: E402
@@ -98,7 +99,7 @@ class Comparison:
                         % (body.first_prim, body.prim_count, part.first_prim, len(part)))
             return None
         # The name of a glTF mesh is stored as it stands; that of an OBJ part is put together of two.
-        name = part.name if isinstance(part.name, bytes) else stored_name(*part.name)
+        name = clipped(part.name if isinstance(part.name, bytes) else stored_name(*part.name))
         if body.name != name:
             self.differ("name", where, 1, "%r; right: %r" % (body.name, name))
         rows = body.prims - part.first_prim
@@ -246,9 +247,14 @@ def stored_name(object_, group):
             out += "%%%02X" % byte if byte != ord(c) or c in special else c
         return out
 
-    name = (escaped(object_, "%/") + ("/" + escaped(group, "%") if group else "")).encode("utf-8")
-    # Longer names are cut to 4096 bytes between two characters.
-    return name[:4096].decode("utf-8", "ignore").encode("utf-8") if len(name) > 4096 else name
+    return (escaped(object_, "%/") + ("/" + escaped(group, "%") if group else "")).encode("utf-8")
+
+
+def clipped(name):
+    """A name's bytes as a file has them: of a long one the start, between two characters, and half of its hash."""
+    if len(name) <= 4096:
+        return name
+    return name[:4063].decode("utf-8", "ignore").encode("utf-8") + b"~" + blake3(name).hexdigest()[:32].encode()
 
 
 def place_name(mesh, part, node, copy):

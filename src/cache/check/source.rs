@@ -127,7 +127,8 @@ fn check_mesh(content: &Content<'_>, tree: usize, mesh: &Mesh, out: &mut Report)
             Some(i) => {
                 seen.set(i as u64);
                 let corners = mesh.corners(i).map(|p| p.map(|c| c + 0.0)); // as written: -0.0 becomes +0.0
-                if bits(corners) != bits(triangle.corners()) {
+                let stored = triangle.corners().map(|p| p.map(|c| c + 0.0));
+                if bits(corners) != bits(stored) {
                     out.add(&rules::E0603, place, || (show(corners), show(triangle.corners())));
                 }
                 let stated = content.vertices.and_then(|all| all.get(usize::try_from(index).ok()?));

@@ -5,9 +5,9 @@ use base64::Engine;
 use percent_encoding::percent_decode_str;
 use std::borrow::Cow;
 
-/// What follows `data:`, in any case; `None` where the URI has another scheme or none.
+/// What follows `data:`, in any case and behind white space, which browsers leave out; `None` where the URI has another scheme or none.
 pub(super) fn strip_scheme(uri: &str) -> Option<&str> {
-    let (scheme, rest) = uri.split_once(':')?;
+    let (scheme, rest) = uri.trim_ascii_start().split_once(':')?;
     is_scheme(scheme).then_some(rest).filter(|_| scheme.eq_ignore_ascii_case("data"))
 }
 

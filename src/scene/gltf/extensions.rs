@@ -159,7 +159,10 @@ pub(super) fn admit(required: &[String], used: Vec<String>, source: &Source) -> 
             _ => return Err(refusal(name, found, source)),
         }
     }
-    unheeded.extend(used.into_iter().filter(|name| may_place(name)));
+    // What would have been done, had nobody said otherwise, is told as well.
+    let is_undone =
+        |name: &String| is_ignored(name) && extension(name).is_some_and(|row| row.treatment == Treatment::Honoured);
+    unheeded.extend(used.into_iter().filter(|name| may_place(name) || is_undone(name)));
     Ok(unheeded.into_iter().collect())
 }
 

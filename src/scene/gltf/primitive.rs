@@ -6,7 +6,7 @@ use super::reader::Reader;
 use super::vertices::Attributes;
 use crate::geom::{Affine, Point};
 use crate::scene::pose::{Place, Rounded, split_all};
-use crate::scene::precision::{is_far, rounded_before_posing};
+use crate::scene::precision::{count_beyond_range, is_far, rounded_before_posing};
 use crate::scene::source::Source;
 use crate::scene::{Mesh, Part, ReadReport, Rounding, SceneError};
 use std::collections::BTreeMap;
@@ -100,7 +100,7 @@ pub(super) fn mesh(
         }
     }
     let rounded_before = points.rounded_before(&mesh.triangles);
-    let transform = points.finish(&mut mesh, reader.source)?;
+    let transform = points.finish(&mut mesh, reader.source, report)?;
     Ok(PosedMesh { mesh, transform, rounded_before })
 }
 
@@ -184,7 +184,12 @@ impl<'s> Points<'s> {
     }
 
     /// Hand the positions to their mesh; the transform is that of its instances, where the pose decides it.
-    fn finish(self, mesh: &mut Mesh, source: &mut Source) -> Result<Option<Affine>, SceneError> {
+    fn finish(
+        self,
+        mesh: &mut Mesh,
+        source: &mut Source,
+        report: &mut ReadReport,
+    ) -> Result<Option<Affine>, SceneError> {
         source.release((self.far.len() * size_of::<[f64; 3]>()) as u64);
         drop(self.far);
         if self.is_plain {
@@ -194,13 +199,24 @@ impl<'s> Points<'s> {
         let posed = (self.posed.len() * size_of::<[f64; 3]>()) as u64;
         source.charge(posed, "the posed positions")?;
         source.release(posed);
-        let Place::World { .. } = self.place else {
-            (mesh.positions, mesh.remainders) = split_all(&self.posed);
-            return Ok(None);
+        let fits = |p: &[f64; 3]| p.iter().all(|c| c.abs() <= f64::from(f32::MAX));
+        let exact = if self.posed.iter().all(fits) { Vec::new() } else { self.posed.clone() };
+        let transform = match self.place {
+            Place::Mesh => {
+                (mesh.positions, mesh.remainders) = split_all(&self.posed);
+                None
+            }
+            Place::World { .. } => {
+                let rounded = Rounded::new(self.posed);
+                (mesh.positions, mesh.remainders) = (rounded.positions, rounded.remainders);
+                Some(rounded.transform)
+            }
         };
-        let rounded = Rounded::new(self.posed);
-        (mesh.positions, mesh.remainders) = (rounded.positions, rounded.remainders);
-        Ok(Some(rounded.transform))
+        if !exact.is_empty() {
+            let stored = |v: u32| mesh.positions[v as usize];
+            count_beyond_range(&mesh.triangles, |v| exact[v as usize], stored, report);
+        }
+        Ok(transform)
     }
 }
 

@@ -29,6 +29,10 @@ pub(super) fn locate(uri: &str, buffer: usize, source: &Source) -> Result<Place,
             format!("the uri of buffer {buffer} has {} bytes: too many for a path, and it is no data URI", uri.len());
         return Err(SceneError::malformed(source.path, what));
     }
+    if is_bare_data(uri) {
+        let what = format!("the uri of buffer {buffer} looks like a data URI, and does not begin with 'data:'");
+        return Err(SceneError::malformed(source.path, what));
+    }
     let candidates = match scheme(uri) {
         Some(scheme) if scheme.eq_ignore_ascii_case("file") => {
             if !source.options.allow_outside {
@@ -65,6 +69,11 @@ pub(super) fn locate(uri: &str, buffer: usize, source: &Source) -> Result<Place,
         meant.get_or_insert(place);
     }
     meant.ok_or_else(|| malformed("which is no file name in UTF-8"))
+}
+
+/// Whether a URI has the middle of a data URI, and so its data, but not the start of one. What it has is not to be shown.
+fn is_bare_data(uri: &str) -> bool {
+    uri.split_once(',').is_some_and(|(kind, _)| kind.to_ascii_lowercase().ends_with(";base64"))
 }
 
 /// What a URI without a scheme may mean, the best first.

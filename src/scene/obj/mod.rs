@@ -38,7 +38,7 @@ use super::options::without_padding;
 use super::pose::split_all;
 use super::precision::{self, Loss};
 use super::source::Source;
-use super::{Instance, ReadReport, Rounding, Scene, SceneError};
+use super::{Instance, Rounding, Scene, SceneError};
 use crate::geom::{Affine, Point};
 use corners::{Corners, Gap};
 use joined::Joined;
@@ -89,7 +89,10 @@ fn parse_in(bytes: Vec<u8>, range: Option<usize>, source: &mut Source) -> Result
     };
     if !mesh.triangles.is_empty() {
         let (origin, rounding) = origin_for(&positions, &mesh.triangles);
-        count_beyond_range(&mesh.triangles, &positions, origin, &mut scene.report);
+        let place = |v: u32| stored(positions[v as usize], origin);
+        if !positions.iter().all(|p| stored(*p, origin).iter().all(|c| c.is_finite())) {
+            precision::count_beyond_range(&mesh.triangles, |v| positions[v as usize], place, &mut scene.report);
+        }
         if origin == [0.0; 3] {
             mesh.positions = positions.iter().map(|p| stored(*p, origin)).collect();
         } else {
@@ -144,22 +147,6 @@ fn origin_for(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ([f64; 3], Roun
 /// A position as an `f32` measured from `origin`.
 fn stored(p: [f64; 3], origin: [f64; 3]) -> Point {
     [0, 1, 2].map(|a| (p[a] - origin[a]) as f32)
-}
-
-/// Count the triangles whose corners are all numbers, but not all such as `f32` can hold about the origin; and the largest coordinate there.
-fn count_beyond_range(triangles: &[[u32; 3]], positions: &[[f64; 3]], origin: [f64; 3], report: &mut ReadReport) {
-    let is_beyond = |p: &[f64; 3]| !stored(*p, origin).iter().all(|c| c.is_finite());
-    if !positions.iter().any(is_beyond) {
-        return;
-    }
-    for triangle in triangles {
-        let corners = triangle.map(|v| positions[v as usize]);
-        if corners.iter().any(is_beyond) && !corners.iter().flatten().any(|c| c.is_nan()) {
-            report.out_of_range_triangles += 1;
-            let largest = corners.iter().flatten().fold(0.0, |largest: f64, c| largest.max(c.abs()));
-            report.largest_magnitude = report.largest_magnitude.max(largest);
-        }
-    }
 }
 
 #[cfg(test)]

@@ -97,12 +97,20 @@ impl Affine {
         det.abs() > terms * Affine::LOST
     }
 
+    /// What rounding the entries to `f32`, by 2⁻²⁴ each, can do to a determinant, in the same measure.
+    const LOST_BY_F32: f64 = 1.0 / (1u64 << 20) as f64;
+
     /// Whether a file can hold an instance that this map places: it has an inverse, and so has the matrix that [`Affine::to_f32`] makes of it, with
-    /// finite entries, and one that `f64` can tell.
+    /// finite entries, and one that `f64` can tell. Neither is left to chance: where rounding to `f32` changes the matrix, its determinant is more than
+    /// that may make of it. So a map that is flat but for what rounding put there is not storable.
     pub fn is_storable(&self) -> bool {
         let stored = Affine::from_f32(&self.to_f32());
         let is_finite = |inverse: Affine| inverse.to_f32().iter().all(|entry| entry.is_finite());
-        self.inverse().is_some() && stored.is_invertible_in_f64() && stored.inverse().is_some_and(is_finite)
+        let is_linear_part_exact = (0..3).all(|r| stored.rows[r][..3] == self.rows[r][..3]);
+        let (det, terms) = self.determinant_and_terms();
+        let survives = is_linear_part_exact || det.abs() > terms * Affine::LOST_BY_F32;
+        let has_inverse = self.inverse().is_some() && survives;
+        has_inverse && stored.is_invertible_in_f64() && stored.inverse().is_some_and(is_finite)
     }
 
     /// The inverse map, or `None` when the matrix is singular or not finite.
@@ -259,6 +267,19 @@ mod tests {
         let needle = Affine { rows };
         assert!(needle.inverse().is_some() && !needle.is_invertible_in_f64() && !needle.is_storable());
         assert!(skewed().is_storable());
+        // Flat along its third axis, turned before and after: what rounding leaves of the determinant is no thickness.
+        let turned = |(s, c): (f64, f64), (k, l): (usize, usize)| {
+            let mut rows = Affine::IDENTITY.rows;
+            (rows[k][k], rows[k][l], rows[l][k], rows[l][l]) = (c, -s, s, c);
+            Affine { rows }
+        };
+        let scaled = |z: f64| Affine { rows: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, z, 0.0]] };
+        let around = turned(0.7f64.sin_cos(), (0, 1)).then_inner(&turned(1.1f64.sin_cos(), (1, 2)));
+        let flat = |z| around.then_inner(&scaled(z)).then_inner(&turned(2.3f64.sin_cos(), (2, 0)));
+        for z in [0.0, 1e-30, 1e-17, 1e-12, 1e-8] {
+            assert!(!flat(z).is_storable(), "{z}: {}", flat(z).determinant());
+        }
+        assert!(flat(1e-4).is_storable() && scaled(1e-17).is_storable() && scaled(1e-4).is_storable());
         let nan = Affine { rows: [[f64::NAN; 4]; 3] };
         assert!(!nan.is_invertible_in_f64() && !Affine { rows: [[0.0; 4]; 3] }.is_invertible_in_f64());
     }

@@ -3,12 +3,20 @@
 //! A string table in three pieces: two counts, the end of each name, the text. Names are looked up one at a time and bounds-checked
 //! then, so opening a file costs nothing however many there are.
 
+use std::borrow::Cow;
+
 /// Most bytes that a string of META or NAMS may have.
 pub const MAX_STRING_LEN: usize = 4096;
 
-/// The longest start of `name` that may stand in a file.
-pub fn clip_name(name: &str) -> &str {
-    clip(name, MAX_STRING_LEN)
+/// `name` as it may stand in a file. Of a longer one it is the start, then `~` and the first half of the whole name's BLAKE3 in hexadecimal digits, so that
+/// names which differ only behind that are told apart.
+pub fn clip_name(name: &str) -> Cow<'_, str> {
+    if name.len() <= MAX_STRING_LEN {
+        return Cow::Borrowed(name);
+    }
+    let hash = blake3::hash(name.as_bytes()).to_hex();
+    let tail = &hash[..32];
+    Cow::Owned(format!("{}~{tail}", clip(name, MAX_STRING_LEN - 1 - tail.len())))
 }
 
 /// The longest start of `text` that has at most `max` bytes and ends at a character.
@@ -19,7 +27,8 @@ pub fn clip(text: &str, max: usize) -> &str {
 
 /// A section's bytes, or `None` where every name is empty or the text would not fit 32-bit offsets.
 pub fn encode_names(names: &[String]) -> Option<Vec<u8>> {
-    let text_len: usize = names.iter().map(|n| clip_name(n).len()).sum();
+    let names: Vec<Cow<str>> = names.iter().map(|name| clip_name(name)).collect();
+    let text_len: usize = names.iter().map(|name| name.len()).sum();
     let (count, text_len) = (u32::try_from(names.len()).ok()?, u32::try_from(text_len).ok()?);
     if text_len == 0 {
         return None;
@@ -28,11 +37,11 @@ pub fn encode_names(names: &[String]) -> Option<Vec<u8>> {
     out.extend(count.to_le_bytes());
     out.extend(text_len.to_le_bytes());
     let mut end = 0;
-    for name in names {
-        end += clip_name(name).len() as u32;
+    for name in &names {
+        end += name.len() as u32;
         out.extend(end.to_le_bytes());
     }
-    names.iter().for_each(|name| out.extend(clip_name(name).as_bytes()));
+    names.iter().for_each(|name| out.extend(name.as_bytes()));
     Some(out)
 }
 
@@ -84,14 +93,22 @@ mod tests {
     #[test]
     fn names_come_back_and_long_ones_end_at_a_character() {
         let long = "é".repeat(3000);
-        let names: Vec<String> = ["", "roof", &long, ""].map(String::from).into();
+        let other = format!("{long}x");
+        let names: Vec<String> = ["", "roof", &long, "", &other].map(String::from).into();
         let bytes = encode_names(&names).unwrap();
         let read = Names::new(&bytes);
         assert_eq!(
             (read.len(), read.get(0), read.get(1), read.get(3), read.get(4)),
-            (4, Some(""), Some("roof"), Some(""), None)
+            (5, Some(""), Some("roof"), Some(""), Some(&*clip_name(&other)))
         );
-        assert_eq!(read.get(2), Some("é".repeat(2048).as_str()));
+        let shown = read.get(2).unwrap();
+        let (start, hash) = shown.rsplit_once('~').unwrap();
+        assert!(start == "é".repeat(2031) && shown.len() <= MAX_STRING_LEN, "{} bytes", shown.len());
+        assert_eq!(hash, &blake3::hash(long.as_bytes()).to_hex()[..32]);
+        assert_ne!(read.get(2), read.get(4));
+        let just = "é".repeat(2048);
+        assert_eq!(clip_name(&just), just);
+        assert_eq!(read.get(5), None);
         assert!(encode_names(&["".into()]).is_none() && encode_names(&[]).is_none());
     }
 

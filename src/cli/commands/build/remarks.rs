@@ -88,19 +88,19 @@ impl Remarks<'_> {
         if !loss.is_tolerable() {
             lines.push(format!(
                 "{}; split it into files of parts that lie near each other",
-                lost("32-bit positions", loss)
+                lost("32-bit positions", "move", loss)
             ));
         }
         if let Some(loss) = grid.filter(|loss| !loss.is_tolerable()) {
-            lines.push(format!("{}; choose more --vertex-bits", lost("positions on a grid", &loss)));
+            lines.push(format!("{}; choose more --vertex-bits", lost("positions on a grid", "move", &loss)));
         }
         let placed = &self.placing.loss;
         match levels {
             _ if placed.is_tolerable() => {}
             Levels::One => {
-                lines.push(format!("{}; --levels auto keeps the shape", lost("one tree in the world", placed)))
+                lines.push(format!("{}; --levels auto keeps the shape", lost("one tree in the world", "moves", placed)))
             }
-            _ => lines.push(format!("{}; export it closer to the origin", lost("32-bit matrices", placed))),
+            _ => lines.push(format!("{}; export it closer to the origin", lost("32-bit matrices", "move", placed))),
         }
         lines
     }
@@ -220,17 +220,17 @@ fn counted(n: u64, what: &str, which: &str) -> String {
     format!("{}{which}", figures::counted(n, what, &many))
 }
 
-fn lost(by: &str, loss: &Loss) -> String {
+fn lost(by: &str, moves: &str, loss: &Loss) -> String {
     let Loss { farthest, edge, share, gone } = *loss;
     if share <= Loss::MOST {
         return format!(
-            "small parts of it lose their shape: {by} move corners by up to {}, which leaves nothing of {} of its triangles",
+            "small parts of it lose their shape: {by} {moves} corners by up to {}, which leaves nothing of {} of its triangles",
             figure(farthest),
             percent(gone)
         );
     }
     format!(
-        "it loses its shape: {by} move its corners by up to {}, and the edges of its triangles are {} long ({:.0}% of one on average)",
+        "it loses its shape: {by} {moves} its corners by up to {}, and the edges of its triangles are {} long ({:.0}% of one on average)",
         figure(farthest),
         figure(edge),
         100.0 * share
