@@ -4,17 +4,13 @@
 //! [`cache`](crate::cache) writes.
 
 use crate::build::{BuildError, BuildOptions, Named, NoProgress, Preset, Progress};
+use crate::built::Built;
 use crate::cache::keys::Recipe;
-use crate::cache::{self, CacheError, Codec, Image, Meta, View, WriteOptions, WriteSummary};
-use crate::compile::{Placing, compile_sound, lay_out};
+use crate::cache::{self, Image, Meta};
+use crate::compile::{compile_sound, lay_out};
 use crate::exec::Executor;
-use crate::geom::{Affine, Point, Ray};
-use crate::layout::CompactNode;
-use crate::scene::{
-    self, GeometryError, Instance, Mesh, ReadOptions, ReadReport, Scene, SceneError, validate_transform,
-};
-use crate::trace::wide::WideView;
-use crate::trace::{BatchError, Hit, Malformed, any_hit, closest_hit};
+use crate::geom::{Affine, Point};
+use crate::scene::{self, GeometryError, Instance, Mesh, ReadOptions, Scene, SceneError, validate_transform};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -60,8 +56,12 @@ pub struct Build {
     threads: usize,
     /// Whether the caller added something to a model: then the file is not what `bvhc build` makes of the model, and names no input.
     changed: bool,
-    /// Meshes that the caller added and that no instance shows yet.
+    /// Meshes that no instance shows yet.
     unplaced: BTreeSet<u32>,
+    /// How many meshes were read from a model; they are the first ones.
+    of_model: usize,
+    /// The number of the next place; found out once, since every place is asked for it.
+    next_node: Option<u32>,
 }
 
 impl Build {
@@ -86,7 +86,11 @@ impl Build {
     pub fn of_scene(scene: Scene) -> Result<Build, GeometryError> {
         scene.validate(&Executor::sequential())?;
         let vertices = has_vertices(&scene);
-        Ok(Build { scene, vertices, ..Build::default() })
+        let mut unplaced: BTreeSet<u32> = (0..scene.meshes.len() as u32).collect();
+        scene.instances.iter().for_each(|i| _ = unplaced.remove(&i.mesh));
+        unplaced.retain(|mesh| !scene.meshes[*mesh as usize].triangles.is_empty());
+        let of_model = if scene.inputs.is_empty() { 0 } else { scene.meshes.len() };
+        Ok(Build { scene, vertices, unplaced, of_model, ..Build::default() })
     }
 
     /// An OBJ or glTF model, read by the default policies.
@@ -103,7 +107,8 @@ impl Build {
     /// Where the model cannot be read.
     pub fn of_model_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Build, SceneError> {
         let scene = scene::read(path.as_ref(), options)?;
-        Ok(Build { scene, read: Some(options.clone()), vertices: options.vertices, ..Build::default() })
+        let (of_model, vertices) = (scene.meshes.len(), options.vertices);
+        Ok(Build { scene, read: Some(options.clone()), vertices, of_model, ..Build::default() })
     }
 
     /// Add a mesh, which [`Build::add_instance`] has to place. Returns its number.
@@ -137,8 +142,9 @@ impl Build {
         }
         validate_transform(instance, &object_to_world)?;
         let name = self.scene.meshes[mesh as usize].name.clone();
-        let nodes = self.scene.instances.iter().map(|i| i.node).filter(|node| *node != Instance::NO_NODE);
-        let node = nodes.max().map_or(0, |last| last + 1);
+        let nodes = || self.scene.instances.iter().map(|i| i.node).filter(|node| *node != Instance::NO_NODE);
+        let node = self.next_node.unwrap_or_else(|| nodes().max().map_or(0, |last| last + 1));
+        self.next_node = Some(node.saturating_add(1));
         self.scene.instances.push(Instance { mesh, transform: object_to_world, node, name });
         self.changed = true;
         self.unplaced.remove(&mesh);
@@ -194,8 +200,8 @@ impl Build {
     ///
     /// # Errors
     /// Where an option is out of its range or not read by the method, a preset and options were both given, the scene is too large, no threads
-    /// can be started, a mesh was added and not placed, vertices are asked for of a model that was read without them, or nothing of a model's
-    /// triangles is left.
+    /// can be started, a mesh was added and not placed, vertices are asked for of a model that was read without them, or no
+    /// triangle is left of those that a model had or arrays were given.
     pub fn run(self) -> Result<Built, BuildError> {
         let exec = Executor::new(self.threads)?;
         self.run_on(exec, &NoProgress)
@@ -207,14 +213,16 @@ impl Build {
     /// As [`Build::run`], and where `progress` cancels the build.
     pub fn run_on(self, exec: Executor, progress: &dyn Progress) -> Result<Built, BuildError> {
         let options = self.recipe()?;
-        let Build { mut scene, read, vertices, compact, changed, unplaced, .. } = self;
+        options.validate()?;
+        let Build { mut scene, read, vertices, compact, changed, unplaced, of_model, .. } = self;
+        let had_triangles = scene.meshes.iter().any(|mesh| !mesh.triangles.is_empty());
         let is_model = read.is_some() || !scene.inputs.is_empty();
         let read = read.filter(|_| !changed);
         if let Some(mesh) = unplaced.first() {
             let name = scene.meshes[*mesh as usize].name.clone();
             return Err(BuildError::Unplaced { mesh: *mesh, name });
         }
-        number_vertices(&mut scene, vertices)?;
+        number_vertices(&mut scene, of_model, vertices)?;
         let method = options.method;
         let mut recipe =
             Recipe { method: method.to_string(), builder_revision: options.revision(), options: options.effective() };
@@ -229,10 +237,9 @@ impl Build {
         }
         let posed = scene.posed.iter().map(ToString::to_string).collect();
         let laid = lay_out(scene, &options, &exec)?;
-        if is_model && laid.meshes.is_empty() {
-            return Err(BuildError::NothingLeft {
-                dropped: report.degenerate_triangles + report.non_finite_triangles + report.out_of_range_triangles,
-            });
+        if (is_model || had_triangles) && laid.meshes.is_empty() {
+            let read = report.degenerate_triangles + report.non_finite_triangles + report.out_of_range_triangles;
+            return Err(BuildError::NothingLeft { dropped: read + laid.placing.collapsed });
         }
         let placing = laid.placing.clone();
         let mut accel = compile_sound(laid, &options, &exec, progress)?;
@@ -242,7 +249,7 @@ impl Build {
             image.add_compact().map_err(|e| BuildError::Layout(e.to_string()))?;
         }
         let meta = Meta { notes, ..cache::provenance(recipe, &inputs, &report) };
-        Ok(Built { image, meta, report, placing, exec })
+        Ok(Built::new(image, meta, report, placing, exec))
     }
 
     /// The options of the build, which a preset or the caller has given.
@@ -263,114 +270,16 @@ fn has_vertices(scene: &Scene) -> bool {
 }
 
 /// Give each triangle the numbers of its vertices where they are `wanted`, and take them away where they are not.
-fn number_vertices(scene: &mut Scene, wanted: bool) -> Result<(), BuildError> {
-    for mesh in &mut scene.meshes {
+/// The first `of_model` meshes were
+/// read from a model: only its reader knows theirs. Those of arrays are their indices.
+fn number_vertices(scene: &mut Scene, of_model: usize, wanted: bool) -> Result<(), BuildError> {
+    for (number, mesh) in scene.meshes.iter_mut().enumerate() {
         match wanted {
             false => mesh.vertices = Vec::new(),
             true if !mesh.vertices.is_empty() || mesh.triangles.is_empty() => {}
-            true if scene.inputs.is_empty() => mesh.vertices.clone_from(&mesh.triangles),
+            true if number >= of_model => mesh.vertices.clone_from(&mesh.triangles),
             true => return Err(BuildError::NoVertices),
         }
     }
     Ok(())
-}
-
-/// A program's arrays may break a rule that no model that is read can break, so that records are checked in release builds, too.
-fn checked(codec: Codec) -> WriteOptions {
-    WriteOptions { codec, ..WriteOptions::default() }
-}
-
-/// A finished build: to be traced, written, or both.
-#[derive(Debug)]
-pub struct Built {
-    image: Image,
-    meta: Meta,
-    report: ReadReport,
-    placing: Placing,
-    exec: Executor,
-}
-
-impl Built {
-    /// Write a cache file in the place of `path`, in one step: whatever happens, the old file or the new one is there.
-    ///
-    /// # Errors
-    /// Where the file cannot be written, or its records break a rule of the format.
-    pub fn write(&self, path: impl AsRef<Path>) -> Result<WriteSummary, CacheError> {
-        self.write_as(path, Codec::Raw)
-    }
-
-    /// [`Built::write`] with a codec.
-    ///
-    /// # Errors
-    /// As [`Built::write`].
-    pub fn write_as(&self, path: impl AsRef<Path>, codec: Codec) -> Result<WriteSummary, CacheError> {
-        cache::write_file(path.as_ref(), &self.image, &self.meta, &checked(codec), &self.exec)
-    }
-
-    /// The file's bytes.
-    ///
-    /// # Errors
-    /// Where names or notes exceed the format's limits, or records break a rule of the format.
-    pub fn to_bytes(&self) -> Result<Vec<u8>, CacheError> {
-        cache::to_bytes(&self.image, &self.meta, &checked(Codec::Raw), &self.exec)
-    }
-
-    /// The records, as traversal and the file have them.
-    pub fn view(&self) -> View<'_> {
-        self.image.view()
-    }
-
-    /// Its compact trees, if the build was to make them.
-    fn wide(&self) -> Option<WideView<'_, 8, CompactNode>> {
-        self.image.compact.as_ref().map(|trees| trees.view(&self.view()))
-    }
-
-    /// The nearest point where the ray meets the scene, as [`Cache::closest_hit`](crate::Cache::closest_hit) answers for the file.
-    ///
-    /// # Errors
-    /// None: what was built is a tree.
-    pub fn closest_hit(&self, ray: &Ray) -> Result<Option<Hit>, Malformed> {
-        self.wide().map_or_else(|| closest_hit(&self.view(), ray), |wide| wide.closest_hit(ray))
-    }
-
-    /// Whether the ray meets anything.
-    ///
-    /// # Errors
-    /// As [`Built::closest_hit`].
-    pub fn any_hit(&self, ray: &Ray) -> Result<bool, Malformed> {
-        self.wide().map_or_else(|| any_hit(&self.view(), ray), |wide| wide.any_hit(ray))
-    }
-
-    /// The nearest hit of each of many rays, on the build's threads: `hits[i]` becomes the answer to `rays[i]`.
-    ///
-    /// # Errors
-    /// Where there are not as many places for hits as rays; no hit is touched then.
-    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), BatchError> {
-        match self.wide() {
-            Some(wide) => wide.closest_hits(rays, hits, &self.exec),
-            None => self.view().closest_hits(rays, hits, &self.exec),
-        }
-    }
-
-    /// What reading the model left out or changed; all 0 for arrays.
-    pub fn read_report(&self) -> &ReadReport {
-        &self.report
-    }
-
-    /// What it cost to put meshes where their instances stand: triangles that lost their area there, and how far rounding moves corners.
-    pub fn placing(&self) -> &Placing {
-        &self.placing
-    }
-
-    /// Which place of a mesh was hit: what [`Build::add_instance`] returned for it, or the number of the model's node. `None` where that is not told: of the
-    /// one mesh of [`Build::new`], of an only instance that stands where its mesh does, and of OBJ models far from the origin.
-    pub fn node(&self, hit: &Hit) -> Option<u32> {
-        let record = |id: u32| self.image.instances.iter().position(|instance| instance.id == id);
-        self.view().node(hit, record)
-    }
-
-    /// Why the builder chose what it chose, for people; empty where nothing was chosen.
-    pub fn notes(&self) -> &[String] {
-        &self.meta.notes
-    }
 }

@@ -77,6 +77,7 @@
 
 pub mod build;
 mod builder;
+mod built;
 pub mod cache;
 pub mod compile;
 pub mod report;
@@ -92,7 +93,8 @@ pub mod verify;
 // The program is the interface: `main.rs`, and tests that hold its texts against the documents, come in here.
 pub mod cli;
 
-pub use builder::{Build, Built};
+pub use builder::Build;
+pub use built::Built;
 pub use bvhc_core::{exec, geom, layout, random, refit, simd, size};
 pub use cache::{Cache, Opened, Sequence};
 pub use geom::Ray;

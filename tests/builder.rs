@@ -229,14 +229,14 @@ fn no_scene_becomes_a_file_that_a_rule_forbids() {
         Build::of_scene(scene).unwrap().options(options).run().unwrap().to_bytes()
     };
     assert!(of(mesh(), &[1, 2]).is_ok());
-    let mut baked = mesh();
-    baked.parts[0].baked_node = Some(7);
+    let mut torn = mesh();
+    torn.vertices = vec![[0, 1, 2], [0, 3, 2]]; // vertex 0 would stand in two places
     let mut alike = mesh();
     let part = Part { triangle_count: 1, prim_count: 1, ..Part::default() };
     alike.source_prims = vec![0, 0];
     alike.parts = vec![part.clone(), Part { first_triangle: 1, ..part }];
-    match of(baked, &[1, 2]) {
-        Err(CacheError::Unwritable { detail, .. }) => assert!(detail.contains("E0509"), "{detail}"),
+    match of(torn, &[1, 2]) {
+        Err(CacheError::Unwritable { detail, .. }) => assert!(detail.contains("E0323"), "{detail}"),
         other => panic!("{:?}", other.map(|bytes| bytes.len())),
     }
     let refused = Build::of_scene(Scene { meshes: vec![alike], ..Scene::default() });
@@ -342,4 +342,100 @@ fn what_cannot_be_stored_is_refused_at_the_door() {
     let mut nodes = tree.nodes;
     nodes[0] = bvhc::tree::Node::inner(nodes[0].bounds(), 0);
     assert!(bvhc::tree::refit(&mut nodes, |_| [[0.0; 3]; 3]).is_err(), "a node below itself");
+}
+
+#[test]
+fn options_out_of_their_range_are_refused_before_anything_is_built() {
+    type Change = fn(&mut BuildOptions);
+    let changes: [(&str, Change); 8] = [
+        ("adapt", |o| o.adapt = u32::MAX),
+        ("reinsert", |o| o.reinsert = u32::MAX),
+        ("max-leaf", |o| o.max_leaf = 1000),
+        ("max-leaf", |o| o.max_leaf = 0),
+        ("bins", |o| o.bins = 1000),
+        ("split-alpha", |o| o.split_alpha = f32::NAN),
+        ("presplit", |o| o.presplit = 1e6),
+        ("sah-trav", |o| o.traversal_cost = f32::NAN),
+    ];
+    for (name, change) in changes {
+        let method = if name == "presplit" { Method::Binned } else { Method::Sbvh };
+        let mut options = BuildOptions { method, ..BuildOptions::preset(Preset::Balanced) };
+        change(&mut options);
+        let refused = Build::new(&POSITIONS, &TRIANGLES).unwrap().options(options).run().unwrap_err();
+        assert!(matches!(&refused, BuildError::Option { option, .. } if *option == name), "{name}: {refused:?}");
+    }
+}
+
+#[test]
+fn nothing_that_was_given_vanishes_in_silence() {
+    let unplaced = Build::of_scene(Scene::new(vec![mesh()], vec![]).unwrap()).unwrap().run().unwrap_err();
+    assert!(matches!(unplaced, BuildError::Unplaced { mesh: 0, .. }), "{unplaced:?}");
+    // Placed there, its corners fall together.
+    let mut build = Build::empty();
+    let small = POSITIONS.map(|p| p.map(|c| 1e-3 * c));
+    let number = build.add_mesh("m", &small, &TRIANGLES[..1]).unwrap();
+    build.add_instance(number, Affine::translation([1e30, 0.0, 0.0])).unwrap();
+    let options = BuildOptions { levels: Levels::One, ..BuildOptions::preset(Preset::Draft) };
+    let gone = build.options(options).run().unwrap_err();
+    assert!(matches!(gone, BuildError::NothingLeft { dropped: 1 }), "{gone:?}");
+}
+
+#[test]
+fn numbers_that_lead_to_two_places_are_refused_at_the_door() {
+    let scene = |change: fn(&mut Mesh), node| {
+        let mut mesh = mesh();
+        change(&mut mesh);
+        let place = Instance { mesh: 0, transform: Affine::IDENTITY, node, name: String::new() };
+        Scene::new(vec![mesh], vec![place]).unwrap_err()
+    };
+    let twice = scene(|m| (m.parts, m.source_prims) = (Vec::new(), vec![4, 4]), 0);
+    assert_eq!(twice, GeometryError::SourceNumber { mesh: 0, triangle: 1, number: 4 });
+    let beyond = scene(|m| (m.parts[0].first_prim, m.source_prims) = (u32::MAX - 1, vec![u32::MAX - 1, u32::MAX]), 0);
+    assert_eq!(beyond, GeometryError::PartRange { mesh: 0, part: 0, first: u32::MAX - 1, count: 2 });
+    let elsewhere = scene(|m| m.parts[0].baked_node = Some(5), 3);
+    assert_eq!(elsewhere, GeometryError::PartNode { mesh: 0, part: 0, node: 5, placed: 3 });
+    let nowhere = scene(|m| m.parts[0].baked_node = Some(Instance::NO_NODE), Instance::NO_NODE);
+    assert!(matches!(nowhere, GeometryError::PartNode { node: Instance::NO_NODE, .. }), "{nowhere:?}");
+    // In any order, each once.
+    let mut mesh = mesh();
+    (mesh.parts, mesh.source_prims) = (Vec::new(), vec![7, 4]);
+    Build::of_scene(Scene::of_mesh(mesh)).unwrap().run().unwrap().to_bytes().unwrap();
+}
+
+/// What is built tells of a hit what its file tells.
+#[test]
+fn a_hit_leads_back_to_what_was_given_without_a_file() {
+    let mut build = Build::empty();
+    let numbers = ["left", "right"].map(|name| build.add_mesh(name, &POSITIONS, &TRIANGLES).unwrap());
+    let mut nodes = Vec::new();
+    for place in 0..20_000 {
+        let x = 3.0 * f64::from(place);
+        let mirror = if place % 3 == 0 { -1.0 } else { 1.0 };
+        let transform = Affine { rows: [[mirror, 0.0, 0.0, x], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] };
+        nodes.push(build.add_instance(numbers[place as usize % 2], transform).unwrap());
+    }
+    assert_eq!(nodes, (0..20_000).collect::<Vec<u32>>());
+    for levels in [Levels::One, Levels::Two] {
+        let options = BuildOptions { levels, ..BuildOptions::preset(Preset::Draft) };
+        let built = build.clone().vertices(true).options(options).run().unwrap();
+        let bytes = built.to_bytes().unwrap();
+        let cache = Cache::from_bytes(&bytes, &OpenOptions::default()).unwrap();
+        for place in (0..20_000u32).step_by(37) {
+            let side = if place % 3 == 0 { -0.25 } else { 0.25 };
+            let ray = Ray::new([3.0 * place as f32 + side, 0.25, -2.0], [0.0, 0.0, 1.0]);
+            let hit = built.closest_hit(&ray).unwrap().unwrap();
+            assert_eq!(Some(hit), cache.closest_hit(&ray).unwrap());
+            assert_eq!(built.node(&hit), Some(place), "{levels:?}");
+            assert_eq!(built.node(&hit), cache.node(&hit));
+            assert_eq!(built.name(hit.geom), ["left", "right"][place as usize % 2]);
+            assert_eq!(built.name(hit.geom), cache.name(hit.geom));
+            assert_eq!(built.material(hit.geom), cache.material(hit.geom));
+            assert_eq!(built.is_mirrored(hit.geom), cache.is_mirrored(hit.geom));
+            assert_eq!(built.vertices(&hit), Some(TRIANGLES[hit.prim as usize]));
+            assert_eq!(built.vertices(&hit), cache.vertices().get(hit.triangle).copied());
+            let normal = built.normal(&hit).unwrap();
+            // Its corners turn the other way round where it is mirrored, and the front is where it was.
+            assert!(Some(normal) == cache.normal(&hit) && normal[2] > 0.0, "{levels:?} {place} {normal:?}");
+        }
+    }
 }

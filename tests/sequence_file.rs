@@ -90,6 +90,15 @@ fn hits_are_those_of_still_builds(path: &Path, frames: impl Fn(usize) -> Scene) 
         for ray in rays() {
             let (ours, theirs) = (closest_hit(&frame.view(), &ray).unwrap(), closest_hit(&still.view(), &ray).unwrap());
             assert_eq!(ours.map(|h| (h.t, h.prim)), theirs.map(|h| (h.t, h.prim)), "frame {number}, {ray:?}");
+            assert_eq!((frame.closest_hit(&ray).unwrap(), frame.any_hit(&ray).unwrap()), (ours, ours.is_some()));
+            if let Some(hit) = ours {
+                let part = frame.part(hit.geom).unwrap();
+                let normal = frame.normal(&hit, sequence.is_mirrored(part)).unwrap();
+                let of_still = still.view().normal(&theirs.unwrap(), false, |id| {
+                    still.instances.iter().position(|instance| instance.id == id)
+                });
+                assert_eq!((Some(normal), frame.node(&hit)), (of_still, Some(0)), "frame {number}, {ray:?}");
+            }
             hits += usize::from(ours.is_some());
         }
         assert!(hits > 50, "{hits}");

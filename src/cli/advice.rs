@@ -79,6 +79,9 @@ pub fn for_rule(remedy: Remedy) -> &'static str {
         Remedy::Newer => {
             "Use the version of bvhc that wrote the file, or a later one; or build the file again with this one: bvhc build MODEL -o FILE --force."
         }
+        Remedy::Decoder => {
+            "Use a bvhc with what decodes it, or a later version; or build the file again: bvhc build MODEL -o FILE --force."
+        }
         Remedy::RightFile => {
             "Check the path; mark *.bvhc as binary in .gitattributes; or build the file again: bvhc build MODEL -o FILE --force."
         }

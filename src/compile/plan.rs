@@ -62,7 +62,8 @@ impl Plan {
                     let is_shared = uses[instance.mesh as usize] > 1;
                     if is_shared {
                         let turned = grain.loss_by_matrix(&without_translation(&instance.transform));
-                        (!turned.is_tolerable() && mesh.triangles.len() <= copies).then_some(())?;
+                        let no_shift_helps = !turned.is_tolerable() || instance.transform.is_nearly_flat();
+                        (no_shift_helps && mesh.triangles.len() <= copies).then_some(())?;
                     }
                     let origin = local_origin(world_box(&grain.bounds, &instance.transform));
                     let is_better = by_matrix.is_more_than(&loss_about(instance, mesh, origin, Loss::SAMPLE));

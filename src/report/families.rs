@@ -28,6 +28,9 @@ impl FamilyReport {
     /// Trace about `count` rays of each family; those families that have rays in this scene, in the order of [`Family::ALL`].
     pub fn of_view(view: &View<'_>, count: usize, exec: &Executor) -> Vec<FamilyReport> {
         let rays = FamilyRays::new(view, count, SEED, exec);
+        if rays.is_empty() {
+            return Vec::new(); // There is no surface that a ray could start from or meet.
+        }
         let paid = rays.cost(view, exec);
         let of = |family: Family| {
             let (cost, deviation) = paid.spread(family)?;

@@ -11,6 +11,7 @@ mod collinear;
 mod error;
 mod excerpt;
 pub mod frames;
+mod geometry_error;
 mod gltf;
 mod grid;
 mod obj;
@@ -31,6 +32,7 @@ pub(crate) use bounds::Bounds;
 pub use clip::{Clip, play};
 pub(crate) use collinear::is_collinear;
 pub use error::{ErrorKind, SceneError};
+pub use geometry_error::GeometryError;
 #[cfg(any(feature = "cli", test))]
 pub(crate) use gltf::{EXTENSIONS as GLTF_EXTENSIONS, Treatment};
 pub use options::{Degenerate, Format, ReadOptions, VertexBits};
@@ -43,7 +45,6 @@ pub(crate) use renumber::{renumber, retain_numbered};
 pub use resemblance::Resemblance;
 pub(crate) use sanitize::drop_triangles;
 pub use source::Progress;
-pub use validate::GeometryError;
 pub(crate) use validate::{validate_placed, validate_transform};
 
 use crate::geom::{Aabb, Affine, Point};

@@ -3,190 +3,10 @@
 //! The readers hold all of it. Geometry that a program brings in arrays passes through [`Mesh::new`] and [`Scene::new`], and whatever it
 //! changed afterwards is found by [`Scene::validate`], which every build calls first.
 
+use super::geometry_error::GeometryError;
 use super::{Instance, Mesh, Part, Scene};
 use crate::exec::Executor;
 use crate::geom::{Affine, Point};
-use std::fmt;
-
-/// Why geometry cannot be built over. Numbers count from 0.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum GeometryError {
-    /// A triangle names a position that is not there.
-    IndexOutOfRange {
-        /// The mesh.
-        mesh: usize,
-        /// The triangle.
-        triangle: usize,
-        /// The index that it has.
-        index: u32,
-        /// How many positions the mesh has.
-        positions: usize,
-    },
-    /// A triangle has a corner that is NaN or infinite.
-    NotFinite {
-        /// The mesh.
-        mesh: usize,
-        /// The triangle.
-        triangle: usize,
-        /// Index of the position.
-        index: u32,
-        /// The position.
-        position: Point,
-    },
-    /// The parts of a mesh do not cover its triangles one after the other.
-    Parts {
-        /// The mesh.
-        mesh: usize,
-        /// The first part that does not begin where the one before ends, or the number of parts.
-        part: usize,
-        /// The triangle that the part should begin with, or the number of triangles that all should cover.
-        expected: usize,
-        /// What it begins with, or what all cover.
-        found: usize,
-    },
-    /// A position's remainder is NaN or infinite.
-    Remainder {
-        /// The mesh.
-        mesh: usize,
-        /// Index of the position.
-        index: usize,
-        /// The remainder.
-        remainder: Point,
-    },
-    /// A list parallel to the triangles has another length.
-    SourcePrims {
-        /// The mesh.
-        mesh: usize,
-        /// How many triangles the mesh has.
-        triangles: usize,
-        /// How many numbers the list has.
-        numbers: usize,
-    },
-    /// The vertices of a mesh's triangles are not as many as the triangles.
-    Vertices {
-        /// The mesh.
-        mesh: usize,
-        /// How many triangles the mesh has.
-        triangles: usize,
-        /// How many triples of vertices it has.
-        vertices: usize,
-    },
-    /// The remainders of a mesh's positions are not as many as the positions.
-    Remainders {
-        /// The mesh.
-        mesh: usize,
-        /// How many positions the mesh has.
-        positions: usize,
-        /// How many remainders it has.
-        remainders: usize,
-    },
-    /// A triangle's number in the source lies outside of its part, or does not lie behind that of the triangle before it.
-    SourceNumber {
-        /// The mesh.
-        mesh: usize,
-        /// The triangle.
-        triangle: usize,
-        /// The number that it has.
-        number: u32,
-    },
-    /// Two parts of one mesh of the source have numbers of triangles in common, and no node tells them apart.
-    PartNumbers {
-        /// The mesh.
-        mesh: usize,
-        /// The part.
-        part: usize,
-        /// The part that has the same numbers.
-        other: usize,
-        /// The first number that both have.
-        number: u32,
-    },
-    /// A mesh has more triangles or positions than 32-bit numbers count.
-    TooMany {
-        /// The mesh.
-        mesh: usize,
-        /// Triangles or positions, whichever are more.
-        count: usize,
-    },
-    /// An instance names a mesh that is not there.
-    MeshOutOfRange {
-        /// The instance.
-        instance: usize,
-        /// The mesh that it names.
-        mesh: u32,
-        /// How many meshes the scene has.
-        meshes: usize,
-    },
-    /// An instance's transform is not finite, or has no inverse that takes a ray into the mesh: none at all, none that `f64` can tell, or none in the range of
-    /// `f32`.
-    Transform {
-        /// The instance.
-        instance: usize,
-        /// The determinant of the transform's linear part.
-        determinant: f64,
-        /// The largest magnitude among the transform's entries.
-        largest: f64,
-    },
-}
-
-impl fmt::Display for GeometryError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            GeometryError::IndexOutOfRange { mesh, triangle, index, positions } => write!(
-                f,
-                "triangle {triangle} of mesh {mesh} names position {index}, but the mesh has {positions} positions"
-            ),
-            GeometryError::NotFinite { mesh, triangle, index, position: [x, y, z] } => write!(
-                f,
-                "triangle {triangle} of mesh {mesh} uses position {index}, which is not finite: ({x}, {y}, {z})"
-            ),
-            GeometryError::Remainder { mesh, index, remainder: [x, y, z] } => {
-                write!(f, "the remainder of position {index} of mesh {mesh} is not finite: ({x}, {y}, {z})")
-            }
-            GeometryError::Parts { mesh, part, expected, found } => write!(
-                f,
-                "the parts of mesh {mesh} must cover its triangles in order: at part {part}, {expected} is expected and {found} stated"
-            ),
-            GeometryError::SourcePrims { mesh, triangles, numbers } => {
-                write!(
-                    f,
-                    "mesh {mesh} has {triangles} triangles and {numbers} source numbers; it must have as many, or none"
-                )
-            }
-            GeometryError::Vertices { mesh, triangles, vertices } => write!(
-                f,
-                "mesh {mesh} has {triangles} triangles and the vertices of {vertices}; it must have those of all, or none"
-            ),
-            GeometryError::Remainders { mesh, positions, remainders } => {
-                write!(
-                    f,
-                    "mesh {mesh} has {positions} positions and {remainders} remainders; it must have as many, or none"
-                )
-            }
-            GeometryError::SourceNumber { mesh, triangle, number } => write!(
-                f,
-                "triangle {triangle} of mesh {mesh} has source number {number}, which is outside of its part or not behind the one before"
-            ),
-            GeometryError::PartNumbers { mesh, part, other, number } => write!(
-                f,
-                "parts {part} and {other} of mesh {mesh} both have triangle {number} of the source; parts of one source mesh have no number in common"
-            ),
-            GeometryError::TooMany { mesh, count } => {
-                write!(f, "mesh {mesh} has {count} triangles or positions, and 32-bit numbers count {}", u32::MAX)
-            }
-            GeometryError::MeshOutOfRange { instance, mesh, meshes } => {
-                write!(f, "instance {instance} names mesh {mesh}, but the scene has {meshes} meshes")
-            }
-            GeometryError::Transform { instance, determinant, largest } => write!(
-                f,
-                "the transform of instance {instance} has the determinant {determinant:.3e} and entries of up to {largest:.3e}; it must be finite and \
-                 have an inverse that 32-bit floats can hold"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for GeometryError {}
 
 impl Mesh {
     /// A mesh of one part from arrays: `triangles` are indices into `positions`.
@@ -273,12 +93,18 @@ impl Mesh {
         {
             return Err(GeometryError::SourceNumber { mesh, triangle, number: u32::MAX });
         }
+        if self.parts.is_empty() {
+            self.validate_own_numbers(mesh)?;
+        }
         let mut next = 0usize;
         for (part, p) in self.parts.iter().enumerate() {
             if p.first_triangle as usize != next {
                 return Err(GeometryError::Parts { mesh, part, expected: next, found: p.first_triangle as usize });
             }
             next += p.triangle_count as usize;
+            if p.first_prim.checked_add(p.prim_count).is_none() {
+                return Err(GeometryError::PartRange { mesh, part, first: p.first_prim, count: p.prim_count });
+            }
         }
         if !self.parts.is_empty() && next != triangles {
             return Err(GeometryError::Parts { mesh, part: self.parts.len(), expected: triangles, found: next });
@@ -295,6 +121,24 @@ impl Mesh {
             }
         }
         self.validate_numbers(mesh)
+    }
+
+    /// Of a mesh without parts no two triangles have one number.
+    fn validate_own_numbers(&self, mesh: usize) -> Result<(), GeometryError> {
+        if self.source_prims.is_sorted_by(|a, b| a < b) {
+            return Ok(());
+        }
+        let mut order: Vec<(u32, usize)> = self.source_prims.iter().copied().zip(0..).collect();
+        order.sort_unstable();
+        match order.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+            None => Ok(()),
+            Some(pair) => Err(GeometryError::SourceNumber { mesh, triangle: pair[1].1, number: pair[1].0 }),
+        }
+    }
+
+    /// The parts that were baked at a node, with that.
+    fn baked(&self) -> impl Iterator<Item = (usize, u32)> {
+        self.parts.iter().enumerate().filter_map(|(part, p)| Some((part, p.baked_node?)))
     }
 
     /// No two triangles of the source have one number. Copies of a part, each for another node, are told apart by that.
@@ -352,11 +196,18 @@ impl Scene {
 /// [`Scene::validate`] of its parts.
 pub(crate) fn validate_placed(meshes: &[Mesh], instances: &[Instance], exec: &Executor) -> Result<(), GeometryError> {
     meshes.iter().enumerate().try_for_each(|(i, mesh)| mesh.validate(i, exec))?;
+    let baked: Vec<Vec<(usize, u32)>> = meshes.iter().map(|mesh| mesh.baked().collect()).collect();
     for (instance, i) in instances.iter().enumerate() {
         if i.mesh as usize >= meshes.len() {
             return Err(GeometryError::MeshOutOfRange { instance, mesh: i.mesh, meshes: meshes.len() });
         }
         validate_transform(instance, &i.transform)?;
+        // Nobody could tell which of the two a hit belongs to.
+        let mesh = i.mesh as usize;
+        let is_other = |node: u32| node == Instance::NO_NODE || i.node != Instance::NO_NODE && node != i.node;
+        if let Some(&(part, node)) = baked[mesh].iter().find(|(_, node)| is_other(*node)) {
+            return Err(GeometryError::PartNode { mesh, part, node, placed: i.node });
+        }
     }
     Ok(())
 }

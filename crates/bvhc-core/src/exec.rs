@@ -277,9 +277,9 @@ impl Executor {
     ) -> Vec<R> {
         #[cfg(feature = "rayon")]
         if self.is_parallel() {
-            return self.run(|| items.par_chunks(size).enumerate().map(|(i, c)| f(i, c)).collect());
+            return self.run(|| items.par_chunks(size.max(1)).enumerate().map(|(i, c)| f(i, c)).collect());
         }
-        self.alone(|| items.chunks(size).enumerate().map(|(i, c)| f(i, c)).collect())
+        self.alone(|| items.chunks(size.max(1)).enumerate().map(|(i, c)| f(i, c)).collect())
     }
 
     /// [`Executor::map_chunks`] over chunks that may be changed.
@@ -291,9 +291,9 @@ impl Executor {
     ) -> Vec<R> {
         #[cfg(feature = "rayon")]
         if self.is_parallel() {
-            return self.run(|| items.par_chunks_mut(size).enumerate().map(|(i, c)| f(i, c)).collect());
+            return self.run(|| items.par_chunks_mut(size.max(1)).enumerate().map(|(i, c)| f(i, c)).collect());
         }
-        self.alone(|| items.chunks_mut(size).enumerate().map(|(i, c)| f(i, c)).collect())
+        self.alone(|| items.chunks_mut(size.max(1)).enumerate().map(|(i, c)| f(i, c)).collect())
     }
 
     /// Sort; equal items may change places, so they must be equal in every byte that anyone reads.

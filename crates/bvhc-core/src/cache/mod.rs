@@ -20,6 +20,7 @@ mod origin;
 mod pack;
 mod poses;
 mod reader;
+mod records_by_id;
 mod report;
 pub mod rules;
 mod sequence;
@@ -37,6 +38,7 @@ pub use head::Head;
 pub use meta::{Dependency, MAX_META_LEN, Meta};
 pub use options::{OpenOptions, Validation};
 pub use reader::{Cache, Opened};
+pub use records_by_id::RecordsById;
 pub use sequence::{Between, BetweenInstance, BetweenTree, Frame, Frames, Moment, Sequence};
 
 /// What writers of files share with the reader. Not part of the stable interface.

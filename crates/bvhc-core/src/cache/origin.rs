@@ -1,6 +1,7 @@
 //! From a hit back to the model: what a file says of a triangle's source beyond its numbers.
 
 use super::reader::Opened;
+use super::records_by_id::RecordsById;
 use crate::layout::{Names, side_flags};
 
 impl Opened<'_> {
@@ -43,17 +44,7 @@ impl Opened<'_> {
 
     /// The index in [`Cache::instances`](Opened::instances) of the instance that the scene numbers so, as hits do.
     pub fn instance_record(&self, id: u32) -> Option<usize> {
-        let by_id = self.by_id.get_or_init(|| {
-            // As many as there are records, whatever their numbers are.
-            let mut by_id = vec![u32::MAX; self.instances().len()];
-            for (record, instance) in self.instances().iter().enumerate() {
-                if let Some(place) = by_id.get_mut(instance.id as usize) {
-                    *place = record as u32;
-                }
-            }
-            by_id
-        });
-        by_id.get(id as usize).map(|record| *record as usize).filter(|record| *record < self.instances().len())
+        self.by_id.get_or_init(|| RecordsById::new(self.instances())).record(id)
     }
 
     fn strings(&self, place: Option<usize>) -> Names<'_> {

@@ -9,6 +9,7 @@ use super::aligned::AlignedBytes;
 use super::container::Container;
 use super::file_bytes::{FileBytes, to_usize};
 use super::options::Validation;
+use super::records_by_id::RecordsById;
 use super::{Header, Meta, View};
 use crate::layout::{
     BlasRecord, CompactNode, GeomRecord, InstanceRecord, Node, SectionEntry, SectionKind, TriangleRecord, WideRow,
@@ -25,7 +26,7 @@ pub struct Opened<'a> {
     pub(super) decoded: Vec<Option<AlignedBytes>>,
     pub(super) places: Places,
     /// For each instance of the scene its record; filled when it is first asked for.
-    pub(super) by_id: OnceLock<Vec<u32>>,
+    pub(super) by_id: OnceLock<RecordsById>,
     pub(super) meta: Option<Meta>,
     pub(super) meta_error: Option<String>,
     pub(super) validation: Validation,

@@ -113,6 +113,13 @@ impl Affine {
         has_inverse && stored.is_invertible_in_f64() && stored.inverse().is_some_and(is_finite)
     }
 
+    /// Whether less than a thousandth is left of what the determinant is summed from. The map then flattens, and turns what is flat: its inverse makes
+    /// much of little, and with it of what rounding does to the entries. A scale along the axes is no such map, since nothing cancels there.
+    pub fn is_nearly_flat(&self) -> bool {
+        let (det, terms) = self.determinant_and_terms();
+        det.abs() * 1024.0 < terms
+    }
+
     /// The inverse map, or `None` when the matrix is singular or not finite.
     #[inline]
     pub fn inverse(&self) -> Option<Affine> {
@@ -279,6 +286,7 @@ mod tests {
         for z in [0.0, 1e-30, 1e-17, 1e-12, 1e-8] {
             assert!(!flat(z).is_storable(), "{z}: {}", flat(z).determinant());
         }
+        assert!(flat(1e-5).is_nearly_flat() && !flat(0.1).is_nearly_flat() && !scaled(1e-9).is_nearly_flat());
         assert!(flat(1e-4).is_storable() && scaled(1e-17).is_storable() && scaled(1e-4).is_storable());
         let nan = Affine { rows: [[f64::NAN; 4]; 3] };
         assert!(!nan.is_invertible_in_f64() && !Affine { rows: [[0.0; 4]; 3] }.is_invertible_in_f64());

@@ -3,10 +3,9 @@
 use super::batch::answer_all;
 use super::wide::WideView;
 use super::{BatchError, Hit, Malformed, any_hit, closest_hit};
-use crate::cache::Opened;
+use crate::cache::{Frame, Opened};
 use crate::exec::Executor;
-use crate::geom::vector::{cross, sub};
-use crate::geom::{Affine, Ray};
+use crate::geom::Ray;
 use crate::layout::{CompactNode, View};
 
 impl View<'_> {
@@ -18,6 +17,43 @@ impl View<'_> {
     /// Where the lengths differ, and then no hit is touched. Where the tree is malformed: some hits are filled in then and others are not.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], exec: &Executor) -> Result<(), BatchError> {
         answer_all(rays, hits, exec, |ray| closest_hit(self, ray))
+    }
+}
+
+impl Frame<'_> {
+    /// The nearest point where the ray meets the frame.
+    ///
+    /// # Errors
+    /// Where the frame's trees are malformed, which opening at [`Validation::Tree`](crate::cache::Validation::Tree) rules out.
+    pub fn closest_hit(&self, ray: &Ray) -> Result<Option<Hit>, Malformed> {
+        closest_hit(&self.view(), ray)
+    }
+
+    /// Whether the ray meets anything.
+    ///
+    /// # Errors
+    /// As [`Frame::closest_hit`].
+    pub fn any_hit(&self, ray: &Ray) -> Result<bool, Malformed> {
+        any_hit(&self.view(), ray)
+    }
+
+    /// [`View::closest_hits`] in this frame.
+    ///
+    /// # Errors
+    /// As [`View::closest_hits`].
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], exec: &Executor) -> Result<(), BatchError> {
+        self.view().closest_hits(rays, hits, exec)
+    }
+
+    /// Which node of the source was hit; `None` where the file does not say.
+    pub fn node(&self, hit: &Hit) -> Option<u32> {
+        self.view().node(hit, |id| self.instance_record(id))
+    }
+
+    /// The normal of the triangle that was hit, as [`Opened::normal`] has it. Whether the part is mirrored the sequence says, by
+    /// [`Frame::part`].
+    pub fn normal(&self, hit: &Hit, is_mirrored: bool) -> Option<[f64; 3]> {
+        self.view().normal(hit, is_mirrored, |id| self.instance_record(id))
     }
 }
 
@@ -40,14 +76,7 @@ impl Opened<'_> {
     /// }
     /// ```
     pub fn normal(&self, hit: &Hit) -> Option<[f64; 3]> {
-        let triangle = self.triangles().get(hit.triangle).filter(|t| t.geom == hit.geom)?;
-        let [v0, v1, v2] = triangle.corners().map(|p| p.map(f64::from));
-        let turn = if self.is_mirrored(hit.geom) { -1.0 } else { 1.0 };
-        let n = cross(sub(v1, v0), sub(v2, v0)).map(|c| turn * c);
-        let Some(id) = hit.instance else { return Some(n) };
-        // A normal goes into the world by the transposed inverse: the columns of the way back.
-        let rows = Affine::from_f32(&self.instances()[self.instance_record(id)?].world_to_object).rows;
-        Some([0, 1, 2].map(|i| rows[0][i] * n[0] + rows[1][i] * n[1] + rows[2][i] * n[2]))
+        self.view().normal(hit, self.is_mirrored(hit.geom), |id| self.instance_record(id))
     }
 
     /// The compact trees of the file with the scene that they are about; `None` in a file without them, and where their sections do not belong to it.

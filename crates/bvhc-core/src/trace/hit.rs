@@ -1,3 +1,5 @@
+use crate::geom::Affine;
+use crate::geom::vector::{cross, sub};
 use crate::layout::{NO_NODE, View};
 
 /// Where a ray meets a triangle.
@@ -32,6 +34,20 @@ impl View<'_> {
         let placed = || self.instances.get(record(hit.instance?)?).map(|instance| instance.node);
         let node = if baked == NO_NODE { placed()? } else { baked };
         (node != NO_NODE).then_some(node)
+    }
+
+    /// The normal of the triangle that was hit, in world space and not of length 1. It points to the front, where `is_mirrored` says of the hit's part what
+    /// [`Opened::is_mirrored`](crate::cache::Opened::is_mirrored) does. `record` finds the record of an instance by the number that hits have. `None` for a hit
+    /// in other trees.
+    pub fn normal(&self, hit: &Hit, is_mirrored: bool, record: impl FnOnce(u32) -> Option<usize>) -> Option<[f64; 3]> {
+        let triangle = self.triangles.get(hit.triangle).filter(|t| t.geom == hit.geom)?;
+        let [v0, v1, v2] = triangle.corners().map(|p| p.map(f64::from));
+        let turn = if is_mirrored { -1.0 } else { 1.0 };
+        let n = cross(sub(v1, v0), sub(v2, v0)).map(|c| turn * c);
+        let Some(id) = hit.instance else { return Some(n) };
+        // A normal goes into the world by the transposed inverse: the columns of the way back.
+        let rows = Affine::from_f32(&self.instances.get(record(id)?)?.world_to_object).rows;
+        Some([0, 1, 2].map(|i| rows[0][i] * n[0] + rows[1][i] * n[1] + rows[2][i] * n[2]))
     }
 }
 

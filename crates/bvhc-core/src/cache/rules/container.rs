@@ -58,7 +58,8 @@ rules! {
         means "Its records cannot be interpreted.", because "A newer bvhc wrote it.", remedy Newer;
     E0115 "unknown-codec", "a section is stored with a codec that this reader does not know",
         "this reader knows {expected}, the section has {actual}", "8-compression",
-        means "Its bytes cannot be decoded.", because "A newer bvhc wrote it.", remedy Newer;
+        means "Its bytes cannot be decoded.",
+        because "A newer bvhc wrote it, or this reader was built without what decodes it.", remedy Decoder;
     E0116 "section-alignment", "a section does not start on the boundary that it states",
         "{expected}, but {actual}", "3-section-table",
         means "Mapped records would be misaligned for readers that rely on it, such as a GPU upload without a copy.",

@@ -8,6 +8,8 @@ pub enum Remedy {
     Rebuild,
     /// Read the file by the version that wrote it or a later one, or build it again.
     Newer,
+    /// Read the file by a program that was built with what decodes it (in Rust the crate's feature `zstd`), or by a later version; or store it raw.
+    Decoder,
     /// See whether it is the file that was meant, and how it was copied; or build it again.
     RightFile,
     /// Allow more memory.
@@ -20,9 +22,10 @@ pub enum Remedy {
 
 impl Remedy {
     /// Every remedy.
-    pub const ALL: [Remedy; 6] = [
+    pub const ALL: [Remedy; 7] = [
         Remedy::Rebuild,
         Remedy::Newer,
+        Remedy::Decoder,
         Remedy::RightFile,
         Remedy::MoreMemory,
         Remedy::LeaveOut,
@@ -37,6 +40,9 @@ impl fmt::Display for Remedy {
             Remedy::Rebuild => "Build the file again from its model. A cache is made again, never mended.",
             Remedy::Newer => {
                 "Use the version that wrote the file, or a later one; or build the file again with this one."
+            }
+            Remedy::Decoder => {
+                "Use a reader that was built with what decodes it, or a later version; or store the file's sections raw."
             }
             Remedy::RightFile => "Check the path; transfer caches as binary files; or build the file again.",
             Remedy::MoreMemory => {

@@ -1,4 +1,5 @@
 use std::borrow::Cow;
+use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
 use super::Frames;
@@ -9,6 +10,7 @@ use crate::cache::decode::{Decoded, check_stored, unpack};
 use crate::cache::error::{CacheError, Fault};
 use crate::cache::open::is_of_frames;
 use crate::cache::poses::{PoseRows, Posed};
+use crate::cache::records_by_id::RecordsById;
 use crate::cache::report::{Finding, Place};
 use crate::cache::rules::{self, Rule};
 use crate::exec::Executor;
@@ -30,6 +32,7 @@ pub struct Frame<'s> {
     instances: Vec<InstanceRecord>,
     poses: Vec<u32>,
     parts: Vec<u32>,
+    by_id: OnceLock<RecordsById>,
 }
 
 impl Frame<'_> {
@@ -58,6 +61,16 @@ impl Frame<'_> {
     /// For each part of the frame its row in [`Sequence::geoms`](Frames::geoms).
     pub fn parts(&self) -> &[u32] {
         &self.parts
+    }
+
+    /// The row in [`Sequence::geoms`](Frames::geoms) of the part that a hit in this frame numbers: by it the file tells the part's name, material and side.
+    pub fn part(&self, geom: u32) -> Option<u32> {
+        self.parts.get(geom as usize).copied()
+    }
+
+    /// The index among the frame's records of the instance that it numbers so, as hits do.
+    pub fn instance_record(&self, id: u32) -> Option<usize> {
+        self.by_id.get_or_init(|| RecordsById::new(&self.instances)).record(id)
     }
 
     /// The tree flags that a still file of this frame has.
@@ -163,6 +176,7 @@ impl Frames<'_> {
             instances,
             poses,
             parts: Vec::with_capacity(total.parts),
+            by_id: OnceLock::new(),
         };
         // A block holds several poses, which follow each other: it is fetched once.
         let mut block: Option<(u32, [Decoded<'_>; 2])> = None;

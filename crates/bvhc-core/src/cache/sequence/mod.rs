@@ -21,7 +21,9 @@ use std::sync::atomic::AtomicBool;
 
 use super::reader::Opened;
 use super::{Header, Meta, Validation};
-use crate::layout::{FrameRecord, GeomRecord, IndexedTriangleRecord, Names, PoseRecord, SectionEntry, TopologyRecord};
+use crate::layout::{
+    FrameRecord, GeomRecord, IndexedTriangleRecord, Names, PoseRecord, SectionEntry, TopologyRecord, side_flags,
+};
 
 pub use between::{Between, BetweenInstance, BetweenTree};
 pub use frame::Frame;
@@ -101,6 +103,11 @@ impl Frames<'_> {
     pub fn sides(&self) -> &[u32] {
         let all: &[u32] = self.file.records(self.file.places.side);
         if all.len() == self.geoms().len() { all } else { &[] }
+    }
+
+    /// Whether the transform that was baked into a part's positions mirrors.
+    pub fn is_mirrored(&self, geom: u32) -> bool {
+        self.sides().get(geom as usize).is_some_and(|side| side & side_flags::MIRRORED != 0)
     }
 
     /// Which vertices of the source each of [`Sequence::indexed_triangles`](Frames::indexed_triangles) has; empty where the file was built without them.
