@@ -27,6 +27,7 @@ mod drawing;
 pub mod exit;
 mod failure;
 mod figures;
+mod heap;
 mod interrupt;
 mod names;
 mod outputs;
