@@ -1,59 +1,39 @@
 //! Memory that was freed goes back to the operating system.
+//!
+//! The allocator of GNU systems keeps more than is good for a program of few large steps: what is freed at the end of a heap it keeps up to twice the largest
+//! block that was ever freed, for each thread, and what lies between blocks that live on it always keeps. Elsewhere nothing is done.
 
-use crate::build::Progress;
-use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+mod gnu {
+    use std::ffi::c_int;
 
-/// A build's progress, between whose phases memory is given back: a search builds one tree after the other, and what one left would count for the next.
-pub struct Thrifty<'a> {
-    inner: &'a dyn Progress,
-    latest: Mutex<Instant>,
+    #[allow(unsafe_code)]
+    unsafe extern "C" {
+        pub fn mallopt(parameter: c_int, value: c_int) -> c_int;
+        pub fn malloc_trim(pad: usize) -> c_int;
+    }
+
+    pub const M_TRIM_THRESHOLD: c_int = -1;
 }
 
-/// Giving back has its price, and small trees have many phases.
-const PAUSE: Duration = Duration::from_millis(50);
-
-impl<'a> Thrifty<'a> {
-    pub fn new(inner: &'a dyn Progress) -> Thrifty<'a> {
-        Thrifty { inner, latest: Mutex::new(Instant::now()) }
-    }
-}
-
-impl Progress for Thrifty<'_> {
-    fn is_cancelled(&self) -> bool {
-        self.inner.is_cancelled()
-    }
-
-    fn advance(&self, primitives: u64) {
-        self.inner.advance(primitives);
-    }
-
-    fn phase(&self, name: &'static str) {
-        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
-        if latest.elapsed() > PAUSE {
-            give_back();
-            *latest = Instant::now();
-        }
-        drop(latest);
-        self.inner.phase(name);
+/// Keep at most a MiB at the end of each heap, from now on.
+pub fn keep_little() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: glibc's function with its types and a parameter that it knows. It is called once, before any thread is started, and nothing here depends on what it
+    // answers.
+    #[allow(unsafe_code)]
+    unsafe {
+        gnu::mallopt(gnu::M_TRIM_THRESHOLD, 1 << 20);
     }
 }
 
-/// Give back what was freed and is still held. The allocator of GNU systems keeps what lies between blocks that live on, so that a step of many small
-/// blocks would count for the next one as well. Elsewhere nothing is done.
+/// Give back what was freed between blocks that live on.
 pub fn give_back() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    {
-        use std::ffi::c_int;
-        #[allow(unsafe_code)]
-        unsafe extern "C" {
-            fn malloc_trim(pad: usize) -> c_int;
-        }
-        // SAFETY: glibc's function with its types. It may be called at any time and from any thread, touches free memory alone, and nothing here depends on
-        // what it answers.
-        #[allow(unsafe_code)]
-        unsafe {
-            malloc_trim(0);
-        }
+    // SAFETY: glibc's function with its types. It may be called at any time and from any thread, touches free memory alone, and nothing here depends on what it
+    // answers.
+    #[allow(unsafe_code)]
+    unsafe {
+        gnu::malloc_trim(0);
     }
 }

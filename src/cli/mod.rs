@@ -86,6 +86,7 @@ pub fn run(args: Vec<OsString>) -> Exit {
     let terminal = Terminal::new(global.color, global.quiet, global.verbose, global.json);
     note_panics();
     let outcome = guarded(|| {
+        heap::keep_little();
         interrupt::install()?;
         let exec = Executor::new(global.jobs).map_err(|e| threads_failure(&e))?;
         let context = Context { terminal, global, exec };
