@@ -2,7 +2,7 @@
 """From file to file: two builds of the program take turns at whole models and at many small ones, as whole processes.
 
     benches/throughput.py --against OLD [--bvhc target/release/bvhc] [--rounds 5] [--jobs 2] [--models DIR] [--small 1000]
-                          [--glb FILE] [--count] [--only WORD] [MODEL…]
+                          [--glb FILE] [--count | --phases] [--only WORD] [MODEL…]
 
 OLD is an older bvhc. MODELs are OBJ or glTF files; without any, those of `--models` (or BVHC_MODELS) that the list below names. Every model is
 built by each of the recipes below, the two programs in turn, and the medians and their ratio are told: seconds on the clock, seconds of processors,
@@ -10,6 +10,8 @@ and the largest resident set that the operating system counted (`wait4`), in byt
 other trees of a model, or cut its polygons otherwise, its row says so.
 
 Times depend on what else the machine does, and the disk most of all; `--count` counts instructions instead by valgrind, on one thread, once each.
+`--phases` tells in milliseconds what the programs themselves say of reading, building and writing, syncing included, in medians. An output is removed
+before it is built again.
 
 The small models are written anew in each run: terrains of 2 to 4,608 triangles, the same bytes on every machine. Each program builds all of them into
 an empty folder with one command; the new one once for each mode of `--sync`.
@@ -34,6 +36,9 @@ MODELS = [
     ("sponza_crytek_partial/sponza_crytek_partial.obj", ["draft"]),
     ("ldraw_falcon/ldraw_falcon.glb", ["draft"]),
 ]
+
+
+PHASES = ["read", "build", "write", "total"]
 
 
 def glb_of(obj, path):
@@ -102,6 +107,13 @@ def run(command):
     return seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024
 
 
+def phases(command):
+    """Milliseconds of reading, building, writing and all of it, as the program says."""
+    told = subprocess.run(list(map(str, [*command, "--json"])), capture_output=True, text=True, check=True)
+    times = json.loads(told.stdout)["results"][0]["built"]["times"]
+    return [times[f"{phase}_ms"] for phase in PHASES]
+
+
 def instructions(command):
     """Instructions that a command takes; no other program changes their number."""
     counting = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *command]
@@ -132,17 +144,23 @@ class Bench:
         files = {program: self.folder / f"{program}.bvhc" for program in self.programs}
         what = f"{model.name}, {preset}"
         if self.args.count:
-            counts = [
-                instructions(self.build(program, model, file, "--preset", preset, "--jobs", "1"))
-                for program, file in files.items()
-            ]
+            counts = []
+            for program, file in files.items():
+                file.unlink(missing_ok=True)
+                counts.append(instructions(self.build(program, model, file, "--preset", preset, "--jobs", "1")))
             print(f"| {what} | {counts[0]:,} | {counts[1]:,} | {counts[1] / counts[0]:.3f} |", flush=True)
             return
         runs = {program: [] for program in files}
         for _ in range(self.args.rounds):
             for program, file in files.items():
+                file.unlink(missing_ok=True)
                 command = self.build(program, model, file, "--preset", preset, "--jobs", self.args.jobs)
-                runs[program].append(run(command))
+                runs[program].append(phases(command) if self.args.phases else run(command))
+        if self.args.phases:
+            for program, times in runs.items():
+                medians = [f"{statistics.median(column):.0f}" for column in zip(*times)]
+                print(f"| {what}, {program} | {' | '.join(medians)} |", flush=True)
+            return
         (old_id, triangles), (new_id, _) = (facts(self.programs["new"], file) for file in files.values())
         if old_id != new_id:
             what += " (other content)"
@@ -192,6 +210,7 @@ def main():
     parser.add_argument("--small", type=int, default=1000, metavar="COUNT", help="how many small models; 0: none")
     parser.add_argument("--glb", metavar="OBJ", help="also build this OBJ model as a GLB")
     parser.add_argument("--count", action="store_true", help="count instructions by valgrind")
+    parser.add_argument("--phases", action="store_true", help="times of reading, building and writing")
     parser.add_argument("--only", default="", metavar="WORD", help="only what has this word in its name or preset")
     parser.add_argument("--folder", help="where files go; default: the system's for temporary files")
     parser.add_argument("model", nargs="*", type=Path)
@@ -207,13 +226,15 @@ def main():
             models.append((glb, ["draft", "balanced"]))
         if args.count:
             print("| | instructions, old | new | ratio |\n|---|--:|--:|--:|")
+        elif args.phases:
+            print(f"| milliseconds | {' | '.join(PHASES)} |\n|---|--:|--:|--:|--:|")
         else:
             print("| | seconds, old | new | ratio | processors | bytes a triangle, old | new |\n|---|--:|--:|--:|--:|--:|--:|")
         for model, presets in models:
             for preset in presets:
                 if args.only in f"{model.name} {preset}":
                     bench.model(model, preset)
-        if args.small:
+        if args.small and not args.phases:
             bench.small()
 
 

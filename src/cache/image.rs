@@ -146,11 +146,16 @@ impl Image {
         }));
 
         // Count how often each triangle stands in the leaf order, to flag the duplicated ones.
-        let mut uses = vec![0u8; mesh.triangles.len()];
-        for &r in &tree.refs {
-            uses[r as usize] = uses[r as usize].saturating_add(1);
-        }
-        let duplicated = uses.iter().any(|&u| u > 1);
+        let count_uses = || {
+            let mut uses = vec![0u8; mesh.triangles.len()];
+            for &r in &tree.refs {
+                uses[r as usize] = uses[r as usize].saturating_add(1);
+            }
+            let duplicated = uses.iter().any(|&u| u > 1);
+            (uses, duplicated)
+        };
+        let ((uses, duplicated), (max_depth, sah)) =
+            exec.join(count_uses, || (tree.max_depth(), quality::sah(&tree.nodes)));
         let bounds = if tree.nodes.is_empty() { Aabb { min: [0.0; 3], max: [0.0; 3] } } else { tree.bounds() };
         self.blases.push(BlasRecord {
             min: bounds.min,
@@ -160,8 +165,8 @@ impl Image {
             ref_offset: self.triangles.len() as u64,
             ref_count: tree.refs.len() as u32,
             prim_count: mesh.triangles.len() as u32,
-            max_depth: tree.max_depth(),
-            sah: quality::sah(&tree.nodes),
+            max_depth,
+            sah,
             flags: if duplicated { tree_flags::DUP_REFS } else { tree_flags::REFITTABLE },
         });
         // Corners are read from all over the mesh: side by side, the waits overlap.

@@ -150,26 +150,49 @@ fn min_minor(entries: &[SectionEntry]) -> u16 {
     if entries.iter().any(|entry| entry.codec == SectionEntry::DELTA) { DELTA_MIN_MINOR } else { MIN_MINOR }
 }
 
-/// A file that is ready to be written: every byte is decided.
+/// A file whose sections have their places. It is ready to be written once it is signed: then every byte is decided.
 pub(super) struct Sealed<'a> {
     pub header: Header,
     pub entries: Vec<SectionEntry>,
     stored: Vec<Data<'a>>,
+    /// Numbers of the sections that are stored as they are and not hashed yet.
+    unhashed: Vec<usize>,
 }
 
 impl<'a> Sealed<'a> {
     /// Pack, hash, lay out and sign.
-    pub fn new(mut header: Header, pieces: Vec<Piece<'a>>, codec: Codec, exec: &Executor) -> io::Result<Sealed<'a>> {
+    pub fn new(header: Header, pieces: Vec<Piece<'a>>, codec: Codec, exec: &Executor) -> io::Result<Sealed<'a>> {
+        Ok(Sealed::lay_out(header, pieces, codec, exec)?.signed(exec))
+    }
+
+    pub fn signed(mut self, exec: &Executor) -> Sealed<'a> {
+        self.sign(self.hashes(exec));
+        self
+    }
+
+    /// Pack and lay out. What is stored as it is, is not hashed: its place needs only its length.
+    pub fn lay_out(
+        mut header: Header,
+        pieces: Vec<Piece<'a>>,
+        codec: Codec,
+        exec: &Executor,
+    ) -> io::Result<Sealed<'a>> {
         if let Some(level) = codec.level().filter(|level| !Codec::LEVELS.contains(level)) {
             let (least, most) = Codec::LEVELS.into_inner();
             let fact = format!("the level of zstd is {level}, and levels are {least} to {most}");
             return Err(io::Error::new(io::ErrorKind::InvalidInput, fact));
         }
         let (mut entries, mut stored) = (Vec::with_capacity(pieces.len()), Vec::with_capacity(pieces.len()));
+        let mut unhashed = Vec::new();
         let mut end = (Header::LEN + pieces.len() * SectionEntry::LEN) as u64;
         for piece in pieces {
             let Piece { mut entry, data, form } = piece;
             let data = match (form, data) {
+                (Form::Decoded, Data::Memory(bytes)) if codec == Codec::Raw => {
+                    (entry.codec, entry.raw_len) = (SectionEntry::RAW, bytes.len() as u64);
+                    unhashed.push(entries.len());
+                    Data::Memory(bytes)
+                }
                 (Form::Decoded, Data::Memory(bytes)) => Data::Memory(store(&mut entry, bytes, codec, exec)?),
                 (_, data) => data,
             };
@@ -185,16 +208,63 @@ impl<'a> Sealed<'a> {
         header.minor = minor_of(&entries);
         header.min_minor = header.min_minor.max(min_minor(&entries));
         header.section_count = entries.len() as u32;
-        header.content_id = keys::content_id(&entries);
-        header.file_id = keys::file_id(&header, &[], cast_slice(&entries));
-        Ok(Sealed { header, entries, stored })
+        Ok(Sealed { header, entries, stored, unhashed })
     }
 
+    /// The hashes that are missing.
+    fn hashes(&self, exec: &Executor) -> Vec<[u8; 32]> {
+        let hash = |section: &usize| match &self.stored[*section] {
+            Data::Memory(bytes) => exec.hash(bytes),
+            Data::Spooled { .. } => self.entries[*section].stored_hash,
+        };
+        self.unhashed.iter().map(hash).collect()
+    }
+
+    /// Fill them in, and what identifies the file by them.
+    fn sign(&mut self, hashes: Vec<[u8; 32]>) {
+        for (section, hash) in std::mem::take(&mut self.unhashed).into_iter().zip(hashes) {
+            let entry = &mut self.entries[section];
+            (entry.raw_hash, entry.stored_hash) = (hash, hash);
+        }
+        self.header.content_id = keys::content_id(&self.entries);
+        self.header.file_id = keys::file_id(&self.header, &[], cast_slice(&self.entries));
+    }
+
+    /// Write a file that is signed.
     pub fn write_to(&self, mut sink: impl Write) -> io::Result<()> {
-        const ZEROS: [u8; 4096] = [0; 4096];
+        self.write_front(&mut sink)?;
+        self.write_sections(sink)
+    }
+
+    /// Write a file that is not signed yet: it is hashed meanwhile, and its front comes last.
+    pub fn sign_and_write(&mut self, mut file: &mut File, exec: &Executor) -> io::Result<()> {
+        // Devices go only forward.
+        if !file.metadata()?.is_file() {
+            self.sign(self.hashes(exec));
+            return self.write_to(file);
+        }
+        let start = file.stream_position()?;
+        file.seek(SeekFrom::Start(start + self.front_len()))?;
+        let (written, hashes) = exec.join(|| self.write_sections(&mut *file), || self.hashes(exec));
+        written?;
+        self.sign(hashes);
+        file.seek(SeekFrom::Start(start))?;
+        self.write_front(&mut file)
+    }
+
+    fn front_len(&self) -> u64 {
+        (Header::LEN + self.entries.len() * SectionEntry::LEN) as u64
+    }
+
+    fn write_front(&self, sink: &mut impl Write) -> io::Result<()> {
         sink.write_all(bytes_of(&self.header))?;
-        sink.write_all(cast_slice(&self.entries))?;
-        let mut at = (Header::LEN + self.entries.len() * SectionEntry::LEN) as u64;
+        sink.write_all(cast_slice(&self.entries))
+    }
+
+    /// Everything behind the front.
+    fn write_sections(&self, mut sink: impl Write) -> io::Result<()> {
+        const ZEROS: [u8; 4096] = [0; 4096];
+        let mut at = self.front_len();
         for (entry, data) in self.entries.iter().zip(&self.stored) {
             sink.write_all(&ZEROS[..(entry.offset - at) as usize])?; // shorter than a page, as laid out above
             data.write_to(&mut sink)?;
@@ -205,5 +275,37 @@ impl<'a> Sealed<'a> {
 
     pub fn summary(&self) -> WriteSummary {
         WriteSummary { header: self.header, sections: self.entries.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    #[test]
+    fn a_file_that_is_hashed_while_it_is_written_is_the_one_that_was_hashed_before() {
+        let sections: Vec<Vec<u8>> =
+            [0usize, 1, 64, 5000, 300_000].iter().map(|len| (0..*len).map(|i| i as u8).collect()).collect();
+        let pieces = || {
+            let piece = |bytes: &Vec<u8>| {
+                let entry = SectionEntry { kind: SectionKind::META, ..SectionEntry::zeroed() };
+                Piece { entry, data: bytes.clone().into(), form: Form::Decoded }
+            };
+            sections.iter().map(piece).collect()
+        };
+        for exec in [Executor::sequential(), Executor::new(2).unwrap()] {
+            let mut before = Vec::new();
+            Sealed::new(Header::zeroed(), pieces(), Codec::Raw, &exec).unwrap().write_to(&mut before).unwrap();
+            let mut file = tempfile::tempfile().unwrap();
+            let mut sealed = Sealed::lay_out(Header::zeroed(), pieces(), Codec::Raw, &exec).unwrap();
+            sealed.sign_and_write(&mut file, &exec).unwrap();
+            let mut meanwhile = Vec::new();
+            file.rewind().unwrap();
+            file.read_to_end(&mut meanwhile).unwrap();
+            assert_eq!(meanwhile, before);
+            assert_eq!(sealed.summary().header.file_len, before.len() as u64);
+            assert_eq!(sealed.summary().sections[4].raw_hash, *blake3::hash(&sections[4]).as_bytes());
+        }
     }
 }

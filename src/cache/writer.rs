@@ -55,8 +55,8 @@ pub fn write_file(
     options: &WriteOptions,
     exec: &Executor,
 ) -> Result<WriteSummary, CacheError> {
-    let sealed = seal(&path.display().to_string(), image, meta, options, exec)?;
-    atomic::replace(path, |file| sealed.write_to(file))?;
+    let mut sealed = seal(&path.display().to_string(), image, meta, options, exec)?;
+    atomic::replace(path, |file| sealed.sign_and_write(file, exec))?;
     Ok(sealed.summary())
 }
 
@@ -72,8 +72,8 @@ pub fn stage_file(
     strays: &Strays,
     exec: &Executor,
 ) -> Result<(WriteSummary, Staged), CacheError> {
-    let sealed = seal(&path.display().to_string(), image, meta, options, exec)?;
-    let staged = atomic::stage(path, strays, |file| sealed.write_to(file))?;
+    let mut sealed = seal(&path.display().to_string(), image, meta, options, exec)?;
+    let staged = atomic::stage(path, strays, |file| sealed.sign_and_write(file, exec))?;
     Ok((sealed.summary(), staged))
 }
 
@@ -86,19 +86,20 @@ pub fn write_to(
     exec: &Executor,
 ) -> Result<WriteSummary, CacheError> {
     let name = "the cache";
-    let sealed = seal(name, image, meta, options, exec)?;
+    let sealed = seal(name, image, meta, options, exec)?.signed(exec);
     sealed.write_to(sink).map_err(CacheError::io("write", Path::new(name)))?;
     Ok(sealed.summary())
 }
 
 /// A file's bytes.
 pub fn to_bytes(image: &Image, meta: &Meta, options: &WriteOptions, exec: &Executor) -> Result<Vec<u8>, CacheError> {
-    let sealed = seal("the cache", image, meta, options, exec)?;
+    let sealed = seal("the cache", image, meta, options, exec)?.signed(exec);
     let mut bytes = Vec::with_capacity(usize::try_from(sealed.header.file_len).unwrap_or(0));
     sealed.write_to(&mut bytes).map_err(CacheError::io("write", Path::new("the cache")))?;
     Ok(bytes)
 }
 
+/// A file that is not signed yet.
 fn seal<'a>(
     name: &str,
     image: &'a Image,
@@ -165,7 +166,7 @@ fn seal<'a>(
         let entry = entry_of(rule.kind, count);
         pieces.push(Piece { entry, data: data.into(), form: Form::Decoded });
     }
-    Sealed::new(header, pieces, options.codec, exec).map_err(CacheError::io("compress", Path::new(name)))
+    Sealed::lay_out(header, pieces, options.codec, exec).map_err(CacheError::io("compress", Path::new(name)))
 }
 
 /// A section of compact trees.
@@ -194,7 +195,7 @@ pub(super) fn refusal(fault: Fault, name: &str) -> CacheError {
     }
 }
 
-/// The header's facts; identities and layout follow in [`Sealed::new`].
+/// The header's facts; identities and layout follow in [`Sealed`].
 fn describe(image: &Image, meta: &Meta) -> Result<Header, String> {
     check_tree_flags(image.flags).map_err(|breach| breach.detail())?;
     let live = |count: u64| count.saturating_sub(1);

@@ -28,6 +28,7 @@ mod drawing;
 pub mod exit;
 mod failure;
 mod figures;
+mod heap;
 mod interrupt;
 mod names;
 mod outputs;
@@ -94,6 +95,7 @@ pub fn run(args: Vec<OsString>) -> Exit {
     let terminal = Terminal::new(global.color, global.quiet, global.verbose, global.json);
     note_panics();
     let outcome = guarded(|| {
+        heap::keep_little();
         interrupt::install(terminal)?;
         let exec = Executor::new(global.jobs).map_err(|e| threads_failure(&e))?;
         let context = Context { terminal, global, exec };

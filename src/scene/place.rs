@@ -4,6 +4,7 @@ use super::bounds::Bounds;
 use super::pose::Rounded;
 use super::source::Source;
 use super::{Mesh, Part, Scene, SceneError};
+use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 
 /// What becomes of an instance.
@@ -93,8 +94,15 @@ fn mesh_without_points(mesh: &Mesh) -> Mesh {
 }
 
 /// Drop instances whose image in the world does not fit in `f32`: they have no box there, so nothing can be traced in them.
-pub(super) fn drop_boundless(scene: &mut Scene) {
-    let mesh_box = |m: &Mesh| (0..m.triangles.len()).fold(Aabb::EMPTY, |b, i| b.union(m.triangle_box(i)));
+pub(super) fn drop_boundless(scene: &mut Scene, exec: &Executor) {
+    /// Triangles of one task.
+    const CHUNK: usize = 1 << 14;
+    let mesh_box = |mesh: &Mesh| {
+        let of_some = |_, some: &[[u32; 3]]| {
+            some.iter().flatten().fold(Aabb::EMPTY, |all, v| all.grow(mesh.positions[*v as usize]))
+        };
+        exec.map_chunks(&mesh.triangles, CHUNK, of_some).into_iter().fold(Aabb::EMPTY, Aabb::union)
+    };
     let boxes: Vec<Aabb> = scene.meshes.iter().map(mesh_box).collect();
     let mut kept = Vec::with_capacity(scene.instances.len());
     for instance in std::mem::take(&mut scene.instances) {

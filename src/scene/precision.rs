@@ -46,11 +46,9 @@ impl Loss {
     /// Triangles of a mesh that are enough to judge it by: the mean of so many values of at most 1 is off by 0.2 % of 1 where it is
     /// [`Loss::MOST`].
     pub const SAMPLE: usize = 4096;
-    /// Triangles of which those are counted that come to nothing.
-    const LOOKED_AT: usize = 1 << 20;
 
-    /// The loss as at most `most` triangles tell it, spread over all of them and the same every time. `exact` and `stored` tell where a
-    /// vertex is and where it comes to be.
+    /// The loss as at most `most` triangles tell it, spread over all of them and the same every time; those that come to nothing are looked for
+    /// among all. `exact` and `stored` tell where a vertex is and where it comes to be.
     pub fn of(
         triangles: &[[u32; 3]],
         most: usize,
@@ -73,32 +71,49 @@ impl Loss {
         if edges.is_empty() {
             return Loss::default();
         }
-        let gone = gone(triangles, most.max(Loss::LOOKED_AT), farthest, exact, stored);
+        let gone = gone(triangles, farthest, exact, stored);
         let (share, middle) = (sum / edges.len() as f64, edges.len() / 2);
         let (_, edge, _) = edges.select_nth_unstable_by(middle, f64::total_cmp);
         Loss { farthest, edge: *edge, share, gone }
     }
 }
 
-/// [`Loss::gone`], of at most `most` triangles. Where some look shows that no corner moves by more than `farthest`, or a little more, only small triangles
-/// are asked.
+/// Of triangles whose corners stay where they are.
+fn unmoved(triangles: &[[u32; 3]], exact: impl Fn(u32) -> [f64; 3]) -> Loss {
+    let is_stored = |corners: &[[f64; 3]; 3]| corners.iter().flatten().all(|c| (*c as f32).is_finite());
+    let corners = spread(triangles, Loss::SAMPLE).map(|t| t.map(&exact)).filter(is_stored);
+    let mut edges: Vec<f64> = corners.map(shortest_edge).filter(|edge| *edge > 0.0).collect();
+    if edges.is_empty() {
+        return Loss::default();
+    }
+    let middle = edges.len() / 2;
+    let (_, edge, _) = edges.select_nth_unstable_by(middle, f64::total_cmp);
+    Loss { edge: *edge, ..Loss::default() }
+}
+
+/// [`Loss::gone`]. Where some look shows that no corner moves by more than `farthest`, or a little more, only small triangles are asked.
 fn gone(
     triangles: &[[u32; 3]],
-    most: usize,
     farthest: f64,
     exact: impl Fn(u32) -> [f64; 3],
     stored: impl Fn(u32) -> [f64; 3],
 ) -> f64 {
-    let is_gone = |t: [u32; 3]| {
+    let is_gone = |t: &[u32; 3]| {
         let corners = t.map(&exact);
-        let longest = longest_edge(corners);
         let reach = corners.iter().flatten().fold(0.0, |most: f64, c| most.max(c.abs()));
-        // Floats of that size are 2^-23 of it apart, or less. What no f32 holds is not stored at all.
-        let small = reach <= f64::from(f32::MAX) && longest <= 64.0 * farthest.max(reach * f64::from(f32::EPSILON));
+        // Floats of that size are 2^-23 of it apart, or less.
+        let least = 64.0 * farthest.max(reach * f64::from(f32::EPSILON));
+        // Nearly all triangles are larger, and need no root to be told so. The margin is for rounding.
+        if longest_square(corners) > 1.001 * least * least + f64::MIN_POSITIVE {
+            return false;
+        }
+        let longest = longest_edge(corners);
+        // What no f32 holds is not stored at all.
+        let small = reach <= f64::from(f32::MAX) && longest <= least;
         longest > 0.0 && small && (0..3).any(|k| length(sub(stored(t[k]), corners[k])) > 0.25 * longest)
     };
-    let count = spread(triangles, most).filter(|t| is_gone(*t)).count();
-    count as f64 / triangles.len().min(most) as f64
+    let count = triangles.iter().filter(|t| is_gone(t)).count();
+    count as f64 / triangles.len() as f64
 }
 
 /// At most so many of the triangles, from everywhere: multiples of the golden ratio leave no pattern of the mesh out.
@@ -131,8 +146,16 @@ fn longest_edge([a, b, c]: [[f64; 3]; 3]) -> f64 {
     length(sub(a, b)).max(length(sub(b, c))).max(length(sub(c, a)))
 }
 
+fn longest_square([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    square(sub(a, b)).max(square(sub(b, c))).max(square(sub(c, a)))
+}
+
 fn length(v: [f64; 3]) -> f64 {
-    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
+    square(v).sqrt()
+}
+
+fn square(v: [f64; 3]) -> f64 {
+    v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
 }
 
 /// Where to measure the points of a box from, so that 32 bits hold them well: near its middle, at multiples of the power of two below its
@@ -196,7 +219,7 @@ pub(super) fn is_far(points: &[[f64; 3]]) -> bool {
 
 /// [`Rounding::rounded_before`] of positions as a file has them, which a pose then moves: after that they are no floats any more.
 pub(super) fn rounded_before_posing(triangles: &[[u32; 3]], exact: impl Fn(u32) -> [f64; 3]) -> Option<Rounding> {
-    let loss = Loss::of(triangles, Loss::SAMPLE, &exact, &exact);
+    let loss = unmoved(triangles, &exact);
     let apart = rounded_before(triangles, &exact, loss.edge, LEAST)?;
     Some(Rounding { loss, rounded_before: Some(apart), grid: None })
 }
@@ -206,8 +229,11 @@ pub(super) fn rounded_before_posing(triangles: &[[u32; 3]], exact: impl Fn(u32) 
 pub(super) fn worst_rounding(meshes: &[Mesh], posed: Vec<Rounding>) -> Rounding {
     let rounding = |mesh: &Mesh| {
         let exact = |v: u32| mesh.exact_position(v as usize);
-        let loss = Loss::of(&mesh.triangles, Loss::SAMPLE, exact, |v| mesh.positions[v as usize].map(f64::from));
         let is_posed = !mesh.remainders.is_empty();
+        let loss = match is_posed {
+            true => Loss::of(&mesh.triangles, Loss::SAMPLE, exact, |v| mesh.positions[v as usize].map(f64::from)),
+            false => unmoved(&mesh.triangles, exact),
+        };
         let rounded_before = if is_posed { None } else { rounded_before(&mesh.triangles, exact, loss.edge, LEAST) };
         Rounding { loss, rounded_before, grid: None }
     };

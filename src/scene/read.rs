@@ -28,6 +28,11 @@ pub fn animations(path: &Path, options: &ReadOptions) -> Result<Vec<Animation>, 
 /// [`read`] with the threads of `exec`, reporting bytes done and bytes to do from the calling thread.
 pub fn read_with(path: &Path, options: &ReadOptions, exec: &Executor, progress: Progress) -> Result<Scene, SceneError> {
     let mut source = Source::new(path, folder_of(path), options, exec, progress);
+    if options.moment.is_none()
+        && let Some(scene) = obj::parse_in_pieces(&mut source)?
+    {
+        return settle(scene, source);
+    }
     let bytes = source.read_model()?;
     parse(bytes, Format::from_extension(path), source)
 }
@@ -63,11 +68,15 @@ pub(super) fn format_of(bytes: &[u8], given: Option<Format>, source: &Source) ->
 
 fn parse(bytes: Vec<u8>, format: Option<Format>, mut source: Source) -> Result<Scene, SceneError> {
     let options = source.options;
-    let mut scene = match (format_of(&bytes, format, &source)?, &options.moment) {
+    let scene = match (format_of(&bytes, format, &source)?, &options.moment) {
         (Format::Obj, Some(moment)) => return Err(no_animations(source.path, &moment.animation)),
         (Format::Obj, None) => obj::parse(bytes, &mut source)?,
         (Format::Gltf, _) => gltf::parse(bytes, &mut source)?,
     };
+    settle(scene, source)
+}
+
+fn settle(mut scene: Scene, mut source: Source) -> Result<Scene, SceneError> {
     sanitize::sanitize(&mut scene, &mut source)?;
     source.finish();
     scene.degenerate = source.options.degenerate;

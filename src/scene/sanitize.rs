@@ -40,7 +40,7 @@ pub(super) fn sanitize(scene: &mut Scene, source: &mut Source) -> Result<(), Sce
             mesh,
         });
     }
-    place::drop_boundless(scene);
+    place::drop_boundless(scene, source.exec());
     scene.report.singular_instances += flat_to_nothing(scene);
     drop_unused_meshes(scene);
     name_the_last_place(scene, &shown);
@@ -137,12 +137,13 @@ fn clean(mesh: &mut Mesh, policy: Degenerate, exec: &Executor) -> Found {
 
 /// Remove the triangles numbered in `dropped`, which ascends, and move the parts' bounds with them.
 pub(crate) fn drop_triangles(mesh: &mut Mesh, dropped: &[u32]) {
-    let mut next = dropped.iter().peekable();
-    let kept: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|i| next.next_if_eq(&i).is_none()).collect();
-    mesh.source_prims = kept.iter().map(|&i| mesh.source_prim(i as usize)).collect();
-    mesh.triangles = kept.iter().map(|&i| mesh.triangles[i as usize]).collect();
+    if mesh.source_prims.is_empty() {
+        mesh.source_prims = (0..mesh.triangles.len() as u32).collect();
+    }
+    remove(&mut mesh.source_prims, dropped);
+    remove(&mut mesh.triangles, dropped);
     if !mesh.vertices.is_empty() {
-        mesh.vertices = kept.iter().map(|&i| mesh.vertices[i as usize]).collect();
+        remove(&mut mesh.vertices, dropped);
     }
     for part in &mut mesh.parts {
         let before = |i: u32| dropped.partition_point(|&d| d < i) as u32;
@@ -150,6 +151,17 @@ pub(crate) fn drop_triangles(mesh: &mut Mesh, dropped: &[u32]) {
         part.first_triangle = start - before(start);
         part.triangle_count = end - before(end) - part.first_triangle;
     }
+}
+
+/// Remove the items numbered in `dropped`, which ascends.
+fn remove<T: Copy>(items: &mut Vec<T>, dropped: &[u32]) {
+    let mut end = dropped.first().map_or(items.len(), |first| *first as usize);
+    for (i, place) in dropped.iter().enumerate() {
+        let kept = *place as usize + 1..dropped.get(i + 1).map_or(items.len(), |next| *next as usize);
+        items.copy_within(kept.clone(), end);
+        end += kept.len();
+    }
+    items.truncate(end);
 }
 
 fn compact_positions(mesh: &mut Mesh, referenced: &[bool]) {

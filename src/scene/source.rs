@@ -95,14 +95,23 @@ impl<'a> Source<'a> {
 
     /// Remember `bytes` as the model's own.
     pub fn add_model(&mut self, bytes: &[u8]) {
-        let name = self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned();
-        self.add_input(self.path.to_owned(), name, bytes);
+        self.add_input(self.path.to_owned(), self.model_name(), bytes);
     }
 
     /// Hash the bytes that were read, so that what is hashed is what is used even if the file changes meanwhile.
     pub fn add_input(&mut self, path: PathBuf, name: String, bytes: &[u8]) {
-        self.inputs.push(InputFile { path, name, len: bytes.len() as u64, blake3: self.exec.hash(bytes) });
-        self.total += bytes.len() as u64;
+        self.add_hashed(path, name, bytes.len() as u64, self.exec.hash(bytes));
+    }
+
+    /// Remember a file whose bytes were read and hashed.
+    pub fn add_hashed(&mut self, path: PathBuf, name: String, len: u64, blake3: [u8; 32]) {
+        self.inputs.push(InputFile { path, name, len, blake3 });
+        self.total += len;
+    }
+
+    /// What the model itself is called among the inputs.
+    pub fn model_name(&self) -> String {
+        self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
     }
 
     /// Read a whole file within the memory limit. A length that the file system states is a hint, not a promise: pipes say 0.

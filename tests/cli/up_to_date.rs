@@ -46,6 +46,25 @@ fn a_second_build_hashes_the_model_and_does_not_read_it() {
 }
 
 #[test]
+fn a_forced_build_does_not_ask_what_it_replaces() {
+    let (place, _) = built();
+    let reason = |args: &str| {
+        let said = place.ok(&format!("build a.obj -o a.bvhc --force --json {args}")).out;
+        let document: serde_json::Value = serde_json::from_str(&said).unwrap();
+        document["results"][0]["reason"].as_str().unwrap().to_owned()
+    };
+    let whole = place.read("a.bvhc");
+    assert_eq!([reason(""), reason("-O max-leaf=4")], ["forced", "forced"]);
+    assert_ne!(place.read("a.bvhc"), whole);
+    place.write("a.bvhc", &whole[..300]);
+    assert_eq!(reason(""), "forced");
+    assert_eq!(place.read("a.bvhc"), whole);
+    std::fs::remove_file(place.path("a.bvhc")).unwrap();
+    assert_eq!(reason(""), "missing");
+    assert_eq!(place.read("a.bvhc"), whole);
+}
+
+#[test]
 fn times_play_no_part_only_content_does() {
     let (place, old) = built();
     set_modified(&place, "a.obj", SystemTime::now());

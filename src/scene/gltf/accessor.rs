@@ -162,7 +162,10 @@ pub(super) fn numbers<const N: usize>(
 /// Read an accessor of positions, rounded to `f32`, and what that leaves off, empty where nothing. Memory is charged and stays charged.
 pub(super) fn positions(reader: &mut Reader, index: usize) -> Result<(Vec<Point>, Vec<Point>), SceneError> {
     let shape = Shape::POSITIONS;
-    let rounded = |encoding: Encoding, element: &[u8]| pose::split(encoding.numbers(element)).0;
+    let rounded = |encoding: Encoding, element: &[u8]| match encoding.component {
+        F32 => floats(element),
+        _ => pose::split(encoding.numbers(element)).0,
+    };
     let left_off = |encoding: Encoding, element: &[u8]| pose::split(encoding.numbers(element)).1;
     let (positions, encoding) = read(reader, index, shape, Point::default(), rounded)?;
     if encoding.is_exact() {
@@ -170,6 +173,13 @@ pub(super) fn positions(reader: &mut Reader, index: usize) -> Result<(Vec<Point>
     }
     let (remainders, _) = read(reader, index, shape, Point::default(), left_off)?;
     Ok((positions, remainders))
+}
+
+/// Three floats as they stand there.
+fn floats(element: &[u8]) -> Point {
+    element.first_chunk::<12>().map_or(Point::default(), |bytes| {
+        [0, 4, 8].map(|at| f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]))
+    })
 }
 
 /// Read an accessor of joint numbers, four to an element. Memory for the result is charged and stays charged.
@@ -218,12 +228,12 @@ fn get<'d>(document: &'d Document, index: usize, source: &Source) -> Result<&'d 
     })
 }
 
-fn read<T: Clone>(
+fn read<T: Clone + Send>(
     reader: &mut Reader,
     index: usize,
     shape: Shape,
     zero: T,
-    decode: impl Fn(Encoding, &[u8]) -> T,
+    decode: impl Fn(Encoding, &[u8]) -> T + Sync,
 ) -> Result<(Vec<T>, Encoding), SceneError> {
     let Reader { document, buffers, source } = reader;
     let accessor = get(document, index, source)?;
@@ -253,7 +263,7 @@ fn read<T: Clone>(
             let run = Run { what: &what, view, offset, count, size, may_stride: true };
             let elements = Elements::find(run, document, buffers, source)?;
             source.charge(count.saturating_mul(size_of::<T>() as u64), &what)?;
-            elements.iter().map(|element| decode(encoding, element)).collect::<Vec<T>>()
+            source.exec().generate(elements.count, |i| decode(encoding, elements.get(i)))
         }
         None if count > MAX_ZERO_ELEMENTS => {
             return Err(SceneError::TooMany {
@@ -366,8 +376,11 @@ impl<'b> Elements<'b> {
         }
     }
 
+    fn get(&self, i: usize) -> &'b [u8] {
+        &self.bytes[i * self.stride..i * self.stride + self.size]
+    }
+
     fn iter(&self) -> impl Iterator<Item = &'b [u8]> {
-        let Elements { bytes, count, stride, size } = *self;
-        (0..count).map(move |i| &bytes[i * stride..i * stride + size])
+        (0..self.count).map(|i| self.get(i))
     }
 }

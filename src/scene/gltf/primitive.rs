@@ -9,6 +9,7 @@ use crate::scene::pose::{Place, Rounded, split_all};
 use crate::scene::precision::{count_beyond_range, is_far, rounded_before_posing};
 use crate::scene::source::Source;
 use crate::scene::{Mesh, Part, ReadReport, Rounding, SceneError};
+use bytemuck::allocation::try_cast_vec;
 use std::collections::BTreeMap;
 
 /// A mesh in a pose.
@@ -64,8 +65,7 @@ pub(super) fn mesh(
         let before = mesh.triangles.len();
         check_count(before as u64 + most, "triangles", index, reader.source)?;
         reader.source.charge(most * size_of::<[u32; 3]>() as u64, "the triangles")?;
-        connect(mode, &indices, restart, &mut mesh.triangles);
-        drop(indices);
+        connect(mode, indices, restart, &mut mesh.triangles);
         reader.source.release(corners * 4);
         let triangles = &mut mesh.triangles[before..];
         if let Some(bad) = triangles.iter().flatten().find(|v| u64::from(**v) >= count) {
@@ -78,7 +78,9 @@ pub(super) fn mesh(
             reader.source.charge(size_of_val(triangles) as u64, "the numbers of vertices")?;
             mesh.vertices.extend_from_slice(triangles);
         }
-        triangles.iter_mut().flatten().for_each(|v| *v += base as u32);
+        if base > 0 {
+            triangles.iter_mut().flatten().for_each(|v| *v += base as u32);
+        }
         let (first, count) = (before as u32, triangles.len() as u32);
         if count > 0 {
             let material = primitive.material.map(|m| document.material_names.get(m.0 as usize));
@@ -255,7 +257,7 @@ fn check_compression(document: &Document, primitive: &Primitive, source: &Source
 /// Incomplete triangles at the end are left out. In strips and fans the restart value, the highest that the type of the indices has,
 /// begins a new one (`KHR_mesh_primitive_restart`): `i` counts from 0 in each, and triangles are numbered through all of them, as if each
 /// were appended by itself. Without the extension glTF forbids the value there, but that is all it can mean.
-fn connect(mode: u32, indices: &[u32], restart: u32, out: &mut Vec<[u32; 3]>) {
+fn connect(mode: u32, indices: Vec<u32>, restart: u32, out: &mut Vec<[u32; 3]>) {
     match mode {
         TRIANGLE_STRIP => {
             for run in indices.split(|i| *i == restart) {
@@ -268,6 +270,14 @@ fn connect(mode: u32, indices: &[u32], restart: u32, out: &mut Vec<[u32; 3]>) {
                 out.extend(run.windows(2).skip(1).map(|w| [w[0], w[1], run[0]]));
             }
         }
-        _ => out.extend(indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]])),
+        // Without a copy where they are the first and the allocation is one of whole triangles.
+        _ if out.is_empty() => {
+            *out = try_cast_vec(indices).unwrap_or_else(|(_, indices)| indices.chunks_exact(3).map(triangle).collect());
+        }
+        _ => out.extend(indices.chunks_exact(3).map(triangle)),
     }
+}
+
+fn triangle(corners: &[u32]) -> [u32; 3] {
+    [corners[0], corners[1], corners[2]]
 }

@@ -4,9 +4,11 @@
 //! as `tobj` numbers them.
 
 use super::corners::Corners;
+use super::given::{Finger, Given};
 use super::parts::PartName;
 use super::polygon::Triangulator;
-use super::ranges::{Everyday, Range};
+use super::range::Range;
+use super::ranges::Everyday;
 use crate::scene::{Mesh, Part, SceneError};
 use std::path::Path;
 
@@ -69,10 +71,7 @@ impl Joined {
     /// Append all parts of a text that was read in ranges. How many of its positions no face uses.
     pub fn add_everyday(&mut self, text: Everyday) -> u64 {
         let Everyday { mut ranges, parts, positions, triangles, .. } = text;
-        let mut given: Vec<[f64; 3]> = Vec::with_capacity(positions);
-        for range in &mut ranges {
-            given.extend(std::mem::take(&mut range.positions).chunks_exact(3).map(|p| [p[0], p[1], p[2]]));
-        }
+        let (given, mut finger) = (Given::of(&mut ranges), Finger::default());
         self.positions.reserve(positions);
         self.mesh.triangles.reserve_exact(triangles);
         // For each position its latest number in the mesh, counted from 1; one that is not above the part's first is an earlier part's.
@@ -95,7 +94,7 @@ impl Joined {
                 for &corner in own {
                     let number = &mut numbers[corner as usize];
                     if *number <= base {
-                        self.positions.push(given[corner as usize]);
+                        self.positions.push(given.position(corner as usize, &mut finger));
                         *number = self.positions.len() as u32;
                     }
                     self.face.push(*number - 1);

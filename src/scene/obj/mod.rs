@@ -1,7 +1,7 @@
 //! Wavefront OBJ: positions and faces by `tobj`, polygons cut here.
 //!
 //! ```text
-//! bytes ─ ranges: everyday statements, side by side, coordinates by tobj ──────────────┐
+//! bytes ─ ranges: everyday statements, side by side, coordinates by tobj ──────────────┐   (a long file: in pieces)
 //!   └─ any other text ─ statements: checked, counted, reduced to v and f ─▶ tobj ─▶ models ─ joined, polygon: triangles ─▶ one Mesh
 //! ```
 //!
@@ -21,14 +21,18 @@
 
 mod corners;
 mod face;
+mod given;
+mod grouped;
 mod joined;
 mod keyword;
 mod lines;
 mod names;
 mod parts;
+mod pieces;
 mod plain;
 mod polygon;
 mod position;
+mod range;
 mod ranges;
 mod statements;
 mod words;
@@ -38,11 +42,12 @@ use super::options::without_padding;
 use super::pose::split_all;
 use super::precision::{self, Loss};
 use super::source::Source;
-use super::{Instance, Rounding, Scene, SceneError};
+use super::{Instance, Mesh, ReadReport, Rounding, Scene, SceneError};
 use crate::geom::{Affine, Point};
 use corners::{Corners, Gap};
 use joined::Joined;
 use lines::line_of;
+use ranges::Everyday;
 use statements::{Counts, Statements};
 
 pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneError> {
@@ -58,35 +63,59 @@ fn parse_in(bytes: Vec<u8>, range: Option<usize>, source: &mut Source) -> Result
         let reason = "it has a NUL byte, so it is binary data or damaged, and an OBJ model is text";
         return Err(SceneError::malformed_line(source.path, line, reason));
     }
-    let mut scene = Scene::default();
-    let name = source.path.file_stem().unwrap_or_default().to_string_lossy();
-    let joined = |gaps, source: &Source| {
-        Joined::new(name.into(), source.options.vertices.then(|| Corners::new(gaps)), source.options.faces)
+    if let Some(everyday) = range.and_then(|range| ranges::read(text, range, source)) {
+        drop(bytes);
+        return scene_of(everyday, source);
+    }
+    let (counts, gaps, models) = one_by_one(text, source)?;
+    drop(bytes);
+    let report = ReadReport {
+        skipped_primitives: counts.skipped,
+        short_faces: counts.short_faces,
+        unreferenced_positions: counts.unreferenced,
+        unknown_statements: counts.unknown,
+        first_unknown_statement: counts.first_unknown.clone(),
+        ..ReadReport::default()
     };
-    let everyday = range.and_then(|range| ranges::read(text, range, source));
-    let (mut mesh, mut positions) = match everyday {
-        Some(everyday) => {
-            drop(bytes);
-            scene.report.skipped_primitives = everyday.skipped;
-            let mut joined = joined(Vec::new(), source);
-            scene.report.unreferenced_positions = joined.add_everyday(everyday);
-            joined.finish()
-        }
-        None => {
-            let (counts, gaps, models) = one_by_one(text, source)?;
-            drop(bytes);
-            scene.report.skipped_primitives = counts.skipped;
-            scene.report.short_faces = counts.short_faces;
-            scene.report.unreferenced_positions = counts.unreferenced;
-            scene.report.unknown_statements = counts.unknown;
-            scene.report.first_unknown_statement.clone_from(&counts.first_unknown);
-            let mut joined = joined(gaps, source);
-            for tobj::Model { mesh: model, name } in models {
-                joined.add_model(&model, counts.part_name(&name), source.path)?;
-            }
-            joined.finish()
-        }
-    };
+    let mut joined = joined(gaps, source);
+    for tobj::Model { mesh: model, name } in models {
+        joined.add_model(&model, counts.part_name(&name), source.path)?;
+    }
+    placed(joined.finish(), report, source)
+}
+
+/// Read a file of everyday statements whose text is too long to be held for nothing. `None`, and nothing done, with any other.
+pub(super) fn parse_in_pieces(source: &mut Source) -> Result<Option<Scene>, SceneError> {
+    let Some(pieces::Read { text, len, blake3 }) = pieces::read(ranges::RANGE, source) else { return Ok(None) };
+    source.add_hashed(source.path.to_owned(), source.model_name(), len, blake3);
+    source.advance(len);
+    scene_of(text, source).map(Some)
+}
+
+fn scene_of(text: Everyday, source: &mut Source) -> Result<Scene, SceneError> {
+    let mut report = ReadReport { skipped_primitives: text.skipped, ..ReadReport::default() };
+    if source.options.vertices || source.options.faces {
+        let mut joined = joined(Vec::new(), source);
+        report.unreferenced_positions = joined.add_everyday(text);
+        return placed(joined.finish(), report, source);
+    }
+    let (mesh, positions, unreferenced) = grouped::join(text, grouped::FACES, name_of(source), source.exec());
+    report.unreferenced_positions = unreferenced;
+    placed((mesh, positions), report, source)
+}
+
+fn name_of(source: &Source) -> String {
+    source.path.file_stem().unwrap_or_default().to_string_lossy().into()
+}
+
+fn joined(gaps: Vec<Gap>, source: &Source) -> Joined {
+    Joined::new(name_of(source), source.options.vertices.then(|| Corners::new(gaps)), source.options.faces)
+}
+
+/// The mesh where 32 bits hold its shape.
+fn placed(read: (Mesh, Vec<[f64; 3]>), report: ReadReport, source: &mut Source) -> Result<Scene, SceneError> {
+    let (mut mesh, mut positions) = read;
+    let mut scene = Scene { report, ..Scene::default() };
     if !mesh.triangles.is_empty() {
         let (origin, rounding) = origin_for(&positions, &mesh.triangles);
         let place = |v: u32| stored(positions[v as usize], origin);
@@ -94,7 +123,7 @@ fn parse_in(bytes: Vec<u8>, range: Option<usize>, source: &mut Source) -> Result
             precision::count_beyond_range(&mesh.triangles, |v| positions[v as usize], place, &mut scene.report);
         }
         if origin == [0.0; 3] {
-            mesh.positions = positions.iter().map(|p| stored(*p, origin)).collect();
+            mesh.positions = source.exec().generate(positions.len(), |v| stored(positions[v], origin));
         } else {
             // One tree in the world rounds these once more: without the remainders it would round what is rounded.
             source.charge(24 * positions.len() as u64, "positions about an origin")?;

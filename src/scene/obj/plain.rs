@@ -5,26 +5,34 @@
 
 use super::lines::line_end;
 use super::position::Positions;
+use std::ops::Range;
+use std::slice::Iter;
 
 /// Copy `v x y z` of plain decimal numbers; what follows them is cut off. The length of the line with its end.
 pub(super) fn copy_position(text: &[u8], out: &mut Vec<u8>) -> Option<usize> {
-    let mut at = 1;
+    let (numbers, length) = read_position(text)?;
+    out.push(b'v');
+    out.extend_from_slice(&text[numbers]);
+    out.push(b'\n');
+    Some(length)
+}
+
+/// Where in `v x y z` the three plain decimal numbers are, from the space before the first one on, and the length of the line with its end.
+pub(super) fn read_position(text: &[u8]) -> Option<(Range<usize>, usize)> {
+    let mut bytes = text.get(1..)?.iter();
+    let mut byte = *bytes.next()?;
     for _ in 0..3 {
-        at = skip_number(text, skip_spaces(text, at)?)?;
+        let first = skip_spaces(&mut bytes, byte)?;
+        byte = skip_number(&mut bytes, first)?;
     }
-    match text.get(at..)? {
-        [b'\n', ..] => at += 1,
-        [b'\r', b'\n', ..] => at += 2,
-        rest @ [b' ' | b'\t', ..] => {
-            let length = passed_over(rest)?;
-            out.extend_from_slice(&text[..at]);
-            out.push(b'\n');
-            return Some(at + length);
-        }
+    let end = text.len() - bytes.len() - 1;
+    let length = match byte {
+        b'\n' => end + 1,
+        b'\r' if bytes.next() == Some(&b'\n') => end + 2,
+        b' ' | b'\t' => end + passed_over(&text[end..])?,
         _ => return None,
-    }
-    out.extend_from_slice(&text[..at]);
-    Some(at)
+    };
+    Some((1..end, length))
 }
 
 /// Copy `f a b c …`, of which all positions are there, without the numbers behind slashes. The length of the line with its end, and the
@@ -45,48 +53,46 @@ pub(super) fn read_face(text: &[u8], take: impl FnMut(u64) -> bool) -> Option<(u
 
 /// `copy` gets the text without the numbers behind slashes, piece by piece.
 fn go_over_face(text: &[u8], mut take: impl FnMut(u64) -> bool, mut copy: impl FnMut(&[u8])) -> Option<(usize, u64)> {
-    let (mut at, mut copied, mut corners) = (1, 0, 0);
+    let mut bytes = text.get(1..)?.iter();
+    let at = |bytes: &Iter<u8>| text.len() - bytes.len() - 1; // of the byte that was taken last
+    let (mut copied, mut corners, mut byte) = (0, 0, *bytes.next()?);
     loop {
-        match text.get(at)? {
-            b' ' | b'\t' => {
-                at += 1;
-                continue;
-            }
+        while matches!(byte, b' ' | b'\t') {
+            byte = *bytes.next()?;
+        }
+        match byte {
             b'\n' => break,
-            b'\r' if text.get(at + 1) == Some(&b'\n') => {
-                at += 1;
-                break;
-            }
+            b'\r' if bytes.next() == Some(&b'\n') => break,
             b'1'..=b'9' => {}
             _ => return None,
         }
-        let (first, mut vertex) = (at, 0u64);
-        while let Some(digit @ b'0'..=b'9') = text.get(at) {
-            vertex = vertex.wrapping_mul(10).wrapping_add(u64::from(digit - b'0'));
-            at += 1;
+        let (first, mut vertex) = (bytes.len(), 0u64);
+        while byte.is_ascii_digit() {
+            vertex = vertex.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
+            byte = *bytes.next()?;
         }
         // Longer numbers may not have fitted.
-        if at - first > 10 || !take(vertex) {
+        if first - bytes.len() > 10 || !take(vertex) {
             return None;
         }
         corners += 1;
-        if text.get(at) == Some(&b'/') {
-            copy(&text[copied..at]);
-            while !matches!(text.get(at)?, b' ' | b'\t' | b'\n' | b'\r') {
+        if byte == b'/' {
+            copy(&text[copied..at(&bytes)]);
+            while !matches!(byte, b' ' | b'\t' | b'\n' | b'\r') {
                 // A backslash may go on in the next line, and old spaces end words as well.
-                if matches!(text[at], b'\\' | b'\x0b' | b'\x0c') {
+                if matches!(byte, b'\\' | b'\x0b' | b'\x0c') {
                     return None;
                 }
-                at += 1;
+                byte = *bytes.next()?;
             }
-            copied = at;
+            copied = at(&bytes);
         }
     }
     if corners < 3 {
         return None;
     }
-    copy(&text[copied..=at]);
-    Some((at + 1, corners))
+    copy(&text[copied..=at(&bytes)]);
+    Some((at(&bytes) + 1, corners))
 }
 
 /// The length of a line with its end, if its statement ends there and is not read any further.
@@ -96,47 +102,49 @@ pub(super) fn passed_over(text: &[u8]) -> Option<usize> {
     (!goes_on).then_some(next)
 }
 
-/// Where the spaces end that must stand here.
-fn skip_spaces(text: &[u8], at: usize) -> Option<usize> {
-    let spaces = text.get(at..)?.iter().take_while(|b| matches!(b, b' ' | b'\t')).count();
-    (spaces > 0).then_some(at + spaces)
+/// The first byte behind spaces, of which `first` must be one.
+fn skip_spaces(bytes: &mut Iter<u8>, first: u8) -> Option<u8> {
+    let mut byte = matches!(first, b' ' | b'\t').then_some(first)?;
+    while matches!(byte, b' ' | b'\t') {
+        byte = *bytes.next()?;
+    }
+    Some(byte)
 }
 
-/// Where the decimal number that must stand here ends, as [`f64`]'s own reader has it.
-fn skip_number(text: &[u8], mut at: usize) -> Option<usize> {
-    let skip_digits = |from: usize| {
-        let mut at = from;
-        while matches!(text.get(at), Some(b'0'..=b'9')) {
-            at += 1;
-        }
-        at
-    };
-    if matches!(text.get(at)?, b'-' | b'+') {
-        at += 1;
+/// The first byte behind a decimal number that begins with `byte`, as [`f64`]'s own reader has it.
+fn skip_number(bytes: &mut Iter<u8>, mut byte: u8) -> Option<u8> {
+    let mut next = || bytes.next().copied();
+    if matches!(byte, b'-' | b'+') {
+        byte = next()?;
     }
-    let whole = skip_digits(at);
-    let mut digits = whole - at;
-    at = whole;
-    if text.get(at) == Some(&b'.') {
-        let end = skip_digits(at + 1);
-        digits += end - (at + 1);
-        at = end;
+    let mut digits = 0u64;
+    while byte.is_ascii_digit() {
+        digits += 1;
+        byte = next()?;
+    }
+    if byte == b'.' {
+        byte = next()?;
+        while byte.is_ascii_digit() {
+            digits += 1;
+            byte = next()?;
+        }
     }
     if digits == 0 {
         return None;
     }
-    if matches!(text.get(at), Some(b'e' | b'E')) {
-        at += 1;
-        if matches!(text.get(at)?, b'-' | b'+') {
-            at += 1;
+    if matches!(byte, b'e' | b'E') {
+        byte = next()?;
+        if matches!(byte, b'-' | b'+') {
+            byte = next()?;
         }
-        let end = skip_digits(at);
-        if end == at {
+        if !byte.is_ascii_digit() {
             return None;
         }
-        at = end;
+        while byte.is_ascii_digit() {
+            byte = next()?;
+        }
     }
-    Some(at)
+    Some(byte)
 }
 
 #[cfg(test)]
@@ -164,7 +172,8 @@ mod tests {
     #[test]
     fn positions_are_copied_up_to_their_third_number() {
         for line in ["v 1 2 3\n", "v\t-1.5 \t.5e-3  +7.\r\n", "v 1e5 0.25E+10 00\n"] {
-            assert_eq!(position(&format!("{line}f 1 2 3\n")), Some((line.into(), line.len())), "{line}");
+            let copied = line.replace("\r\n", "\n");
+            assert_eq!(position(&format!("{line}f 1 2 3\n")), Some((copied, line.len())), "{line}");
         }
         for tail in [" \n", " 0.5 nan x\n", "\t# a comment\r\n", " 1 1 1\r"] {
             let line = format!("v 1 2 3{tail}");

@@ -60,11 +60,18 @@ impl Positions {
 /// Write `v x y z` from the statement's arguments, or say what is wrong with them. What follows is cut off: a weight, which only rational curves
 /// and surfaces have, or a colour.
 pub(super) fn write_position(arguments: &[u8], out: &mut Vec<u8>) -> Result<(), String> {
+    out.push(b'v');
+    write_numbers(arguments, out)?;
+    out.push(b'\n');
+    Ok(())
+}
+
+/// Write ` x y z` of [`write_position`].
+pub(super) fn write_numbers(arguments: &[u8], out: &mut Vec<u8>) -> Result<(), String> {
     let mut words = Words(arguments);
     let [Some(x), Some(y), Some(z)] = [words.next(), words.next(), words.next()] else {
         return Err(format!("a position has {} coordinates; it needs 3", Words(arguments).count()));
     };
-    out.push(b'v');
     for word in [x, y, z] {
         if !word.is_ascii() {
             return Err(format!("'{}' is not a number", String::from_utf8_lossy(word)));
@@ -72,7 +79,6 @@ pub(super) fn write_position(arguments: &[u8], out: &mut Vec<u8>) -> Result<(), 
         out.push(b' ');
         out.extend_from_slice(if is_no_number(word) { b"nan" } else { word });
     }
-    out.push(b'\n');
     Ok(())
 }
 

@@ -1,7 +1,9 @@
 mod faces;
 mod far;
+mod grouped;
 mod lines;
 mod names;
+mod pieces;
 mod plain;
 mod polygons;
 mod ranges;

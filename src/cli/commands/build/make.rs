@@ -15,12 +15,14 @@ use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
+use crate::cli::heap;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::outputs;
 use crate::cli::progress::Bar;
 use crate::compile::{self, LaidOut};
 use crate::exec::Executor;
+use crate::report::file::FileReport;
 use crate::scene::{self, InputFile, Posed, ReadOptions, Scene};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -37,6 +39,9 @@ pub struct Workshop<'a> {
     /// Temporary files of earlier runs.
     pub strays: Arc<Strays>,
 }
+
+/// Models of so many triangles hold memory that is worth giving back between two steps.
+const LARGE: u64 = 1 << 16;
 
 /// A finished build.
 pub struct Made {
@@ -114,40 +119,49 @@ impl<'a> Workshop<'a> {
         Ok(Prepared { laid, primitives, inputs, arrival, read_time })
     }
 
-    /// Read, build, write beside the output's place. Nothing is written before everything else has succeeded.
+    /// Read, build, write beside the output's place. Nothing is written before the tree is there.
     pub fn make(&self, job: &Job) -> Result<(Made, Option<Staged>), Failure> {
         let start = Instant::now();
         let bar = Bar::new(&self.context.terminal, &names::path(&job.output));
         let Prepared { laid, primitives, inputs, arrival, read_time } = self.prepare(job, &bar)?;
+        let give_back = || {
+            if primitives >= LARGE {
+                heap::give_back()
+            }
+        };
+        give_back();
         bar.phase("building", primitives);
-        let mut accel = compile::compile_laid_out(laid, &self.build, &self.context.exec, &bar)
-            .map_err(|e| caches::build_failure(&e))?;
+        let exec = &self.context.exec;
+        let mut accel = compile::compile_sound(laid, &self.build, exec, &bar).map_err(|e| caches::build_failure(&e))?;
+        give_back();
         let posed = arrival.posed.iter().map(ToString::to_string).collect();
         let notes = [posed, std::mem::take(&mut accel.notes)].concat();
-        let mut image = Image::of_compiled(accel, &self.context.exec).map_err(|e| caches::failure(&e))?;
+        let mut image = Image::of_compiled(accel, exec).map_err(|e| caches::failure(&e))?;
         if NodeForm::any_compact(&self.args.nodes) {
             image.add_compact().map_err(|e| caches::failure(&e))?;
         }
         let build_time = start.elapsed() - read_time;
 
         bar.spin("writing");
-        if job.bytes.is_none() {
-            unchanged(&inputs, &self.context.exec)?;
-        }
         let meta = Meta { notes, ..cache::provenance(self.recipe.clone(), &inputs, &arrival.read) };
         let publishing = interrupt::publish()?;
         if !self.args.force {
             outputs::may_replace(&job.output)?;
         }
         let options = WriteOptions::of_build(self.codec);
-        let (written, staged) =
-            cache::stage_file(&job.output, &image, &meta, &options, &self.strays, &self.context.exec)
-                .map_err(|e| caches::failure(&e))?;
+        // Writing is one thread's work. What has changed meanwhile never takes its place.
+        let files = if job.bytes.is_none() { &inputs[..] } else { &[] };
+        let ((report, same), staged) = exec.join(
+            || (FileReport::of_view(String::new(), 0, &image.view()), unchanged(files, exec)),
+            || cache::stage_file(&job.output, &image, &meta, &options, &self.strays, exec),
+        );
+        same?;
+        let (written, staged) = staged.map_err(|e| caches::failure(&e))?;
         staged.temporary().into_iter().for_each(interrupt::stage);
         drop(publishing);
         let times = Times::new(read_time, build_time, start.elapsed());
         let made = Made {
-            built: Built::new(&image, &written, arrival, times),
+            built: Built::new(&report, &written, arrival, times),
             build_key: written.header.build_key,
             file_id: Some(written.header.file_id),
             inputs: inputs.into_iter().map(|i| i.path).filter(|_| job.bytes.is_none()).collect(),

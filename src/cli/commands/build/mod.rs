@@ -222,7 +222,10 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
         Some(frames) => &sequence::recipe(workshop, frames),
         None => &workshop.recipe,
     };
-    let verdict = plan::examine(job, recipe, args, context);
+    let verdict = match args.force && !args.dry_run {
+        true => plan::forced(job),
+        false => plan::examine(job, recipe, args, context),
+    };
     let name = names::path(&job.output);
     let reason = match verdict {
         Verdict::UpToDate { build_key, inputs } if !args.force => {

@@ -2,7 +2,7 @@
 
 use super::plan::Job;
 use super::remarks::Remark;
-use crate::cache::{Image, WriteSummary};
+use crate::cache::WriteSummary;
 use crate::cli::failure::ErrorObject;
 use crate::cli::figures;
 use crate::cli::names;
@@ -194,9 +194,8 @@ impl Outcome {
 }
 
 impl Built {
-    pub fn new(image: &Image, written: &WriteSummary, arrival: Arrival, times: Times) -> Built {
+    pub fn new(report: &FileReport, written: &WriteSummary, arrival: Arrival, times: Times) -> Built {
         let header = &written.header;
-        let report = FileReport::of_view(String::new(), header.file_len, &image.view());
         Built {
             triangles: header.prim_count,
             references: header.ref_count,

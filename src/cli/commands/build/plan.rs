@@ -284,6 +284,11 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
     matches!((Identity::of(a), Identity::of(b)), (Some(a), Some(b)) if a == b)
 }
 
+/// What is built whatever its output is like: nothing is read to find out.
+pub fn forced(job: &Job) -> Verdict {
+    Verdict::Stale(if job.output.exists() { "forced" } else { "missing" }.into())
+}
+
 /// Compare an output with what building it now would give.
 ///
 /// Every byte of the output is read and hashed, as those of the inputs are, and everything in it is held against the rules: a damaged or
