@@ -28,13 +28,15 @@ pub fn animations(path: &Path, options: &ReadOptions) -> Result<Vec<Animation>, 
 /// [`read`] with the threads of `exec`, reporting bytes done and bytes to do from the calling thread.
 pub fn read_with(path: &Path, options: &ReadOptions, exec: &Executor, progress: Progress) -> Result<Scene, SceneError> {
     let mut source = Source::new(path, folder_of(path), options, exec, progress);
-    if options.moment.is_none()
-        && let Some(scene) = obj::parse_in_pieces(&mut source)?
-    {
-        return settle(scene, source);
+    let mut everyday = true;
+    if options.moment.is_none() {
+        match obj::parse_in_pieces(&mut source)? {
+            Ok(scene) => return settle(scene, source),
+            Err(other) => everyday = other != obj::Other::Text,
+        }
     }
     let bytes = source.read_model()?;
-    parse(bytes, Format::from_extension(path), source)
+    parse(bytes, Format::from_extension(path), everyday, source)
 }
 
 /// Read a model from memory, on the calling thread. `name` stands for the file in messages and in [`Scene::inputs`]; `folder` is where the model's
@@ -50,7 +52,7 @@ pub fn read_bytes(
     let mut source = Source::new(Path::new(name), folder.map(Path::to_owned), options, &exec, &mut progress);
     source.charge(bytes.len() as u64, "the model")?;
     source.add_model(&bytes);
-    parse(bytes, format, source)
+    parse(bytes, format, true, source)
 }
 
 /// The folder that a model's relative references start from.
@@ -66,11 +68,11 @@ pub(super) fn format_of(bytes: &[u8], given: Option<Format>, source: &Source) ->
     given.or_else(|| Format::sniff(bytes)).ok_or_else(unknown)
 }
 
-fn parse(bytes: Vec<u8>, format: Option<Format>, mut source: Source) -> Result<Scene, SceneError> {
+fn parse(bytes: Vec<u8>, format: Option<Format>, everyday: bool, mut source: Source) -> Result<Scene, SceneError> {
     let options = source.options;
     let scene = match (format_of(&bytes, format, &source)?, &options.moment) {
         (Format::Obj, Some(moment)) => return Err(no_animations(source.path, &moment.animation)),
-        (Format::Obj, None) => obj::parse(bytes, &mut source)?,
+        (Format::Obj, None) => obj::parse(bytes, everyday, &mut source)?,
         (Format::Gltf, _) => gltf::parse(bytes, &mut source)?,
     };
     settle(scene, source)

@@ -47,11 +47,13 @@ use crate::geom::{Affine, Point};
 use corners::{Corners, Gap};
 use joined::Joined;
 use lines::line_of;
+pub(super) use pieces::Other;
 use ranges::Everyday;
 use statements::{Counts, Statements};
 
-pub(super) fn parse(bytes: Vec<u8>, source: &mut Source) -> Result<Scene, SceneError> {
-    parse_in(bytes, Some(ranges::RANGE), source)
+/// Read a text. `everyday` is false where it is known to hold more than everyday statements.
+pub(super) fn parse(bytes: Vec<u8>, everyday: bool, source: &mut Source) -> Result<Scene, SceneError> {
+    parse_in(bytes, everyday.then_some(ranges::RANGE), source)
 }
 
 /// [`parse`] in ranges of about so many bytes where the text allows; `None`: statement by statement.
@@ -84,12 +86,15 @@ fn parse_in(bytes: Vec<u8>, range: Option<usize>, source: &mut Source) -> Result
     placed(joined.finish(), report, source)
 }
 
-/// Read a file of everyday statements whose text is too long to be held for nothing. `None`, and nothing done, with any other.
-pub(super) fn parse_in_pieces(source: &mut Source) -> Result<Option<Scene>, SceneError> {
-    let Some(pieces::Read { text, len, blake3 }) = pieces::read(ranges::RANGE, source) else { return Ok(None) };
+/// Read a file of everyday statements whose text is too long to be held for nothing. With any other nothing is done.
+pub(super) fn parse_in_pieces(source: &mut Source) -> Result<Result<Scene, Other>, SceneError> {
+    let pieces::Read { text, len, blake3 } = match pieces::read(ranges::RANGE, source) {
+        Ok(read) => read,
+        Err(other) => return Ok(Err(other)),
+    };
     source.add_hashed(source.path.to_owned(), source.model_name(), len, blake3);
     source.advance(len);
-    scene_of(text, source).map(Some)
+    scene_of(text, source).map(Ok)
 }
 
 fn scene_of(text: Everyday, source: &mut Source) -> Result<Scene, SceneError> {

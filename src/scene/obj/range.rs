@@ -173,8 +173,9 @@ impl Reader {
         if !self.waiting.is_multiple_of(2) {
             self.out.extend_from_slice(b" 0 0 0\n");
         }
-        if !vertices.is_multiple_of(BLOCK) {
-            self.out.extend_from_slice(face_of(vertices % BLOCK).as_bytes());
+        let handed_out = self.waiting / (2 * BLOCK) * BLOCK;
+        if vertices > handed_out {
+            self.out.extend_from_slice(face_of(vertices - handed_out).as_bytes());
         }
         let options = tobj::LoadOptions::default();
         let read = tobj::load_obj_buf(&mut &self.out[..], &options, |_| Ok((Vec::new(), Default::default())));

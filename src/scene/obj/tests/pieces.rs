@@ -1,6 +1,6 @@
 //! A file that is read in pieces says what its text says, and has its hash.
 
-use super::super::pieces;
+use super::super::pieces::{self, Other};
 use super::plain::texts;
 use crate::exec::Executor;
 use crate::scene::source::Source;
@@ -24,8 +24,8 @@ fn hold(text: &[u8], folder: &Path) -> bool {
         let (mut unused, mut progress) = (|_, _| (), |_, _| ());
         let mut source = Source::new(&path, None, &options, &exec, &mut progress);
         let read = pieces::read(1024, &mut source);
-        found.push(read.is_some());
-        let Some(read) = read else { continue };
+        found.push(read.is_ok());
+        let Ok(read) = read else { continue };
         assert_eq!((read.len, read.blake3), (text.len() as u64, *blake3::hash(text).as_bytes()));
         let mut whole = Source::new(&path, None, &options, &exec, &mut unused);
         let expected = said(super::super::parse_in(text.to_vec(), None, &mut whole));
@@ -111,5 +111,26 @@ fn what_needs_the_whole_text_is_left_alone() {
     }
     let (exec, options, mut progress) = (Executor::sequential(), ReadOptions::default(), |_, _| ());
     let path = folder.path().join("absent.obj");
-    assert!(pieces::read(1024, &mut Source::new(&path, None, &options, &exec, &mut progress)).is_none());
+    assert!(pieces::read(1024, &mut Source::new(&path, None, &options, &exec, &mut progress)).is_err());
+}
+
+#[test]
+fn a_text_that_needs_another_reader_is_told_from_a_file_that_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("test.obj");
+    let options = ReadOptions::default();
+    let many = "f 1 2 3\n".repeat(300);
+    for (text, other) in [
+        (square("f 1 2 3\n"), Other::File),
+        (square(&format!("{many}\0")), Other::File),
+        (square(&format!("{many}f 1 2 \\\n3\n")), Other::Text),
+        (square(&format!("f 1 2 9\n{many}")), Other::Text),
+    ] {
+        std::fs::write(&path, &text).unwrap();
+        for exec in [Executor::sequential(), Executor::new(2).unwrap()] {
+            let mut progress = |_, _| ();
+            let mut source = Source::new(&path, None, &options, &exec, &mut progress);
+            assert_eq!(pieces::read(1024, &mut source).err(), Some(other), "{text:?}");
+        }
+    }
 }

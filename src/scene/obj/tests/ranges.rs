@@ -70,6 +70,15 @@ fn everyday_texts_are_read_in_ranges() {
 }
 
 #[test]
+fn any_number_of_positions_is_read_in_a_range() {
+    let exec = Executor::sequential();
+    for count in (3..12).chain(120..135).chain(250..260).chain([383, 384, 2047, 2048, 5001]) {
+        let positions: String = (0..count).map(|i| format!("v {i} -{i}.5 0.{i}\n")).collect();
+        assert!(hold(&format!("{positions}f 1 2 {count}\n"), &exec), "{count}");
+    }
+}
+
+#[test]
 fn what_depends_on_other_lines_is_read_statement_by_statement() {
     let exec = Executor::sequential();
     let triangle = super::TRIANGLE;
