@@ -40,7 +40,7 @@ pub(super) fn settle(scene: &mut Scene, source: &mut Source) -> Result<(), Scene
             }
             Fate::OutOfRange => {
                 let entries = instance.transform.rows.iter().flatten();
-                count_out_of_range(scene, entries.fold(0.0, |most, v| v.abs().max(most)));
+                count_out_of_range(scene, entries.fold(0.0, |most, v| magnitude(*v).max(most)));
                 continue;
             }
         }
@@ -119,10 +119,31 @@ pub(super) fn drop_boundless(scene: &mut Scene, exec: &Executor) {
 /// The largest coordinate of a box's corners in world space.
 fn largest_coordinate(transform: &Affine, local: &Aabb) -> f64 {
     let corners = Bounds::from(*local).corners();
-    corners.into_iter().flat_map(|p| transform.transform_point(p)).fold(0.0, |most, c| c.abs().max(most))
+    corners.into_iter().flat_map(|p| transform.transform_point(p)).fold(0.0, |most, c| magnitude(c).max(most))
+}
+
+/// What even `f64` cannot hold any more, and the difference of two such numbers, is infinite.
+fn magnitude(coordinate: f64) -> f64 {
+    if coordinate.is_nan() { f64::INFINITY } else { coordinate.abs() }
 }
 
 fn count_out_of_range(scene: &mut Scene, magnitude: f64) {
     scene.report.out_of_range_instances += 1;
     scene.report.largest_magnitude = scene.report.largest_magnitude.max(magnitude);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_beyond_all_numbers_is_told_as_infinite() {
+        // Two infinities that cancel: their sum is no number.
+        let far = Affine { rows: [[1e300, -1e300, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] };
+        let local = Aabb { min: [0.0; 3], max: [1e38, 1e38, 0.0] };
+        assert_eq!(largest_coordinate(&far, &local), f64::INFINITY);
+        assert_eq!((magnitude(-3.0), magnitude(f64::NAN)), (3.0, f64::INFINITY));
+        let near = Affine::translation([2.0, 0.0, -9.0]);
+        assert_eq!(largest_coordinate(&near, &Aabb { min: [0.0; 3], max: [1.0, 1.0, 1.0] }), 9.0);
+    }
 }
