@@ -106,6 +106,20 @@ fn snapshots_of_what_a_file_is() {
 }
 
 #[test]
+fn snapshots_of_looking() {
+    let place = furnished();
+    place.ok("build roof.obj -o fine.bvhc --preset draft -O max-leaf=1");
+    let commands = [
+        "stats roof.bvhc fine.bvhc --rays 64",
+        "stats --compare roof.bvhc fine.bvhc --rays 64 --fail-if nodes>0",
+        "view roof.bvhc --tree --depth 2",
+        "view roof.bvhc -o roof.png --size 40x30",
+        "view roof.bvhc --tree --depth 1 --json",
+    ];
+    keep("looking", &place, &commands);
+}
+
+#[test]
 fn snapshots_of_verdicts() {
     let place = furnished();
     let mut bytes = place.read("roof.bvhc");
