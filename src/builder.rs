@@ -213,7 +213,6 @@ impl Build {
     /// As [`Build::run`], and where `progress` cancels the build.
     pub fn run_on(self, exec: Executor, progress: &dyn Progress) -> Result<Built, BuildError> {
         let options = self.recipe()?;
-        options.validate()?;
         let Build { mut scene, read, vertices, compact, changed, unplaced, of_model, .. } = self;
         let had_triangles = scene.meshes.iter().any(|mesh| !mesh.triangles.is_empty());
         let is_model = read.is_some() || !scene.inputs.is_empty();

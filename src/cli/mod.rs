@@ -85,7 +85,8 @@ pub fn run(args: Vec<OsString>) -> Exit {
         Ok(cli) => cli,
         Err(error) => return report_usage(&error, json),
     };
-    let global = match Settings::new(&cli.global, |name| std::env::var(name).ok()) {
+    let variable = |name: &str| std::env::var_os(name).map(|value| value.to_string_lossy().into_owned());
+    let global = match Settings::new(&cli.global, variable) {
         Ok(global) => global,
         Err(failure) => {
             Terminal::new(cli.global.color.unwrap_or(terminal::ColorChoice::Auto), false, 0, json).error(&failure);

@@ -69,7 +69,6 @@ pub fn compile(
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Accel, BuildError> {
-    options.validate()?;
     compile_sound(lay_out(scene, options, exec)?, options, exec, progress)
 }
 
@@ -83,18 +82,18 @@ pub fn compile_laid_out(
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Accel, BuildError> {
-    options.validate()?;
     laid.validate(exec)?;
     compile_sound(laid, options, exec, progress)
 }
 
-/// [`compile_laid_out`] of what nobody changed since.
+/// [`compile_laid_out`] of what nobody changed since. Every way to a tree leads through here, so that options are asked in this place.
 pub(crate) fn compile_sound(
     laid: LaidOut,
     options: &BuildOptions,
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Accel, BuildError> {
+    options.validate()?;
     let LaidOut { meshes, instances, placing } = laid;
     let mut accel = match instances {
         None => one_level(meshes, options, exec, progress)?,
