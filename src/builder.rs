@@ -121,9 +121,29 @@ impl Build {
         positions: &[Point],
         triangles: &[[u32; 3]],
     ) -> Result<u32, GeometryError> {
+        self.add(Mesh::new(name, positions.to_vec(), triangles.to_vec())?)
+    }
+
+    /// Add a mesh that has more than a name: parts, materials, numbers of its source. [`Build::add_instance`] has to place it. Returns its number, which
+    /// its parts get as [`Part::source_mesh`](crate::scene::Part::source_mesh).
+    ///
+    /// ```
+    /// use bvhc::{Build, scene::Mesh};
+    ///
+    /// let mut roof = Mesh::new("roof", vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]])?;
+    /// roof.parts[0].material = "slate".into();
+    /// let mut build = Build::empty();
+    /// assert_eq!(build.add(roof)?, 0);
+    /// # Ok::<(), bvhc::scene::GeometryError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Mesh::validate`].
+    pub fn add(&mut self, mut mesh: Mesh) -> Result<u32, GeometryError> {
         let number = self.scene.meshes.len();
-        let mut mesh = Mesh::new(name, positions.to_vec(), triangles.to_vec())?;
         mesh.parts.iter_mut().for_each(|part| part.source_mesh = number as u32);
+        mesh.validate(number, &Executor::sequential())?;
+        self.vertices |= !mesh.vertices.is_empty();
         self.scene.meshes.push(mesh);
         self.changed = true;
         self.unplaced.insert(number as u32);

@@ -18,7 +18,7 @@ def check(nodes, order, binary, require, name):
     while pending:
         i, whole, first, waiting = pending.pop()
         most = max(most, waiting + children[i])
-        cut, next_ref, found = [whole], int(nodes["first_ref"][i]), []
+        cut, next_ref, found, stands_for = [whole], int(nodes["first_ref"][i]), [], []
         for lane in range(children[i]):
             child, count = inner[i][lane], counts[i][lane]
             wanted = below[child] if child is not None else count
@@ -27,6 +27,7 @@ def check(nodes, order, binary, require, name):
                 cut += [pair + 1, pair]
             require(cut and refs[cut[-1]] == wanted, "%s: child %d of node %d is no node of the BLAS" % (name, lane, i))
             at = cut.pop()
+            stands_for.append(at)
             low, high = boxes[0][i, :, lane], boxes[1][i, :, lane]
             holds = (low <= binary["min"][at]).all() and (high >= binary["max"][at]).all()
             require(holds, "%s: the box of child %d of node %d is too small" % (name, lane, i))
@@ -36,6 +37,7 @@ def check(nodes, order, binary, require, name):
             else:
                 found.append((child, at, first, waiting + children[i] - 1))
             first += wanted
+        require(is_least(nodes[i], binary[stands_for]), "%s: the grid of node %d, or a plane on it, is not the least" % (name, i))
         pending += reversed(found)
     return most
 
@@ -69,6 +71,25 @@ def binary_refs(nodes):
         if i != 1 and refs[i] == 0:
             refs[i] = refs[first[i]] + refs[first[i] + 1]
     return refs
+
+
+def is_least(node, boxes):
+    """Rule 6: the grid that a node must have for these boxes, plane by plane from the definition."""
+    numbers = np.arange(256, dtype=np.float32)
+    for axis in range(3):
+        least, greatest = boxes["min"][:, axis].min(), boxes["max"][:, axis].max()
+        with np.errstate(all="ignore"):
+            steps = (np.arange(255, dtype=np.uint32) << np.uint32(23)).view(np.float32)
+            exponent = int(np.argmax(np.append(least + np.float32(255) * steps >= greatest, True)))
+            planes = least + numbers * (np.uint32(exponent) << np.uint32(23)).view(np.float32)
+        if node["origin"][axis] != least or node["exponents"][axis] != exponent:
+            return False
+        for lane, box in enumerate(boxes):
+            low = np.flatnonzero(planes <= box["min"][axis])[-1] if exponent else 0
+            high = np.argmax(planes >= box["max"][axis]) if exponent else 0
+            if (node["low"].reshape(3, 8)[axis, lane], node["high"].reshape(3, 8)[axis, lane]) != (low, high):
+                return False
+    return True
 
 
 def decoded(nodes):

@@ -33,6 +33,7 @@ pub fn provenance(recipe: Recipe, inputs: &[InputFile], report: &ReadReport) -> 
         ("unapplied_morph_weights", report.unapplied_morph_weights),
         ("absent_materials", report.absent_materials),
         ("hidden_nodes", report.hidden_nodes),
+        ("ignored_weights", report.ignored_weights),
     ];
     let read_counts = always.into_iter().chain(seldom.into_iter().filter(|(_, count)| *count > 0));
     Meta {

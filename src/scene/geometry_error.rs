@@ -67,6 +67,19 @@ pub enum GeometryError {
         /// How many triples of vertices it has.
         vertices: usize,
     },
+    /// Two triangles of a part give one vertex of the source two places.
+    VertexPlaces {
+        /// The mesh.
+        mesh: usize,
+        /// The part, 0 where the mesh has none.
+        part: usize,
+        /// The vertex, as [`Mesh::vertices`](super::Mesh::vertices) numbers it.
+        vertex: u32,
+        /// The two triangles.
+        triangles: [usize; 2],
+        /// Indices of the position that each of them gives it.
+        positions: [u32; 2],
+    },
     /// The remainders of a mesh's positions are not as many as the positions.
     Remainders {
         /// The mesh.
@@ -173,6 +186,11 @@ impl fmt::Display for GeometryError {
             GeometryError::Vertices { mesh, triangles, vertices } => write!(
                 f,
                 "mesh {mesh} has {triangles} triangles and the vertices of {vertices}; it must have those of all, or none"
+            ),
+            GeometryError::VertexPlaces { mesh, part, vertex, triangles: [a, b], positions: [m, n] } => write!(
+                f,
+                "triangles {a} and {b} of mesh {mesh} have vertex {vertex} of part {part} at positions {m} and {n}, which differ; a vertex of a part \
+                 stands in one place"
             ),
             GeometryError::Remainders { mesh, positions, remainders } => {
                 write!(

@@ -26,6 +26,7 @@ mod resemblance;
 mod sanitize;
 mod source;
 mod validate;
+mod vertex_places;
 
 pub use animation::{Animation, AnimationChoice, KeyTimes, Moment, Posed, Seconds};
 pub(crate) use bounds::Bounds;
@@ -186,6 +187,8 @@ pub struct ReadReport {
     pub skipped_primitives: u64,
     /// Those of `skipped_primitives` that are OBJ faces of fewer than three corners: of text that was cut off, or of a faulty exporter.
     pub short_faces: u64,
+    /// Positions of an OBJ with a weight other than 1, which only rational curves and surfaces have: they stand where their first three numbers say.
+    pub ignored_weights: u64,
     /// Instances whose transform has a scale of 0 along every axis: nothing is left of them.
     pub singular_instances: u64,
     /// Instances that stand or reach beyond the range of `f32`, where no file can place them.
@@ -243,6 +246,7 @@ impl ReadReport {
             (&mut self.out_of_range_triangles, frame.out_of_range_triangles),
             (&mut self.unreferenced_positions, frame.unreferenced_positions),
             (&mut self.short_faces, frame.short_faces),
+            (&mut self.ignored_weights, frame.ignored_weights),
             (&mut self.singular_instances, frame.singular_instances),
             (&mut self.out_of_range_instances, frame.out_of_range_instances),
             (&mut self.unknown_statements, frame.unknown_statements),

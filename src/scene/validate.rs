@@ -59,7 +59,8 @@ impl Mesh {
             return Err(GeometryError::Vertices { mesh: number, triangles, vertices });
         }
         self.validate_corners(number, exec)?;
-        self.validate_parts(number)
+        self.validate_parts(number)?;
+        self.validate_vertices(number)
     }
 
     fn validate_corners(&self, mesh: usize, exec: &Executor) -> Result<(), GeometryError> {

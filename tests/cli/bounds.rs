@@ -116,3 +116,39 @@ fn long_bad_scenes_and_forged_files_take_at_most_twice_the_work_of_a_regular_one
     }
     assert!(slow.is_empty(), "{}", slow.join("\n"));
 }
+
+/// By default, triangles that are long or lie across each other are split, and each copy takes a proof that the leaves cover its triangle. What is fair beside
+/// them is a scene of that size whose triangles are split as well: the columns of a sample.
+#[test]
+#[ignore = "long: builds three scenes by the search and measures two commands several times"]
+fn long_bad_scenes_built_by_default_take_at_most_twice_the_work_of_a_scene_that_is_split_as_well() {
+    const COPIES: usize = 8; // one file takes a few of the clock's steps
+    let place = Place::new();
+    bad_scenes(&place, 50_000);
+    place.write("columns.obj", std::fs::read(crate::repository().join("samples/colonnade.obj")).unwrap());
+    let mut slow = Vec::new();
+    let names = ["columns", "identical", "slivers", "spanning"];
+    let files = names.map(|name| {
+        place.ok(&format!("build {name}.obj -o {name}.bvhc --force --no-check"));
+        let info = place.ok(&format!("info {name}.bvhc --json"));
+        let is_split = info.out.contains("DUP_REFS");
+        assert_eq!(is_split, name != "identical", "{name}: {}", info.out);
+        let bytes = place.read(&format!("{name}.bvhc"));
+        let copies: Vec<String> = (0..COPIES).map(|i| format!("{name}{i}.bvhc")).collect();
+        copies.iter().for_each(|file| _ = place.write(file, &bytes));
+        copies.join(" ")
+    });
+    for command in ["stats", "check"] {
+        let took = files.each_ref().map(|files| work(&place, &format!("{command} {files}"), 0));
+        for (name, took_it) in names.iter().zip(took).skip(1) {
+            println!(
+                "{command} of {name}: {took_it} ms, {:.2} times the columns",
+                f64::from(took_it) / f64::from(took[0])
+            );
+            if took_it > 2 * took[0] {
+                slow.push(format!("{command} of {name} takes {took_it} ms, of the columns {} ms", took[0]));
+            }
+        }
+    }
+    assert!(slow.is_empty(), "{}", slow.join("\n"));
+}

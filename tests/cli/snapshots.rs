@@ -42,6 +42,8 @@ fn keep(name: &str, place: &Place, commands: &[&str]) {
         (r#""(\w*(?:_ms|seconds|per_second|peak_memory|device_memory))": [0-9.e-]+"#, r#""$1": #"#),
         (r"peak memory [0-9.]+ (KiB|MiB) \(\d+ bytes per triangle\)", "peak memory #"),
         (r"\b\d+ threads?\b", "# threads"),
+        (r"(\| front \| |\bfront +)[0-9.]+", "$1# ms"),
+        (r"(\.html  )[0-9.]+ KiB", "$1# KiB"),
         (&regex_of(env!("CARGO_PKG_VERSION")), "bvhc VERSION"),
     ] {
         settings.add_filter(pattern, shown);
@@ -117,6 +119,25 @@ fn snapshots_of_looking() {
         "view roof.bvhc --tree --depth 1 --json",
     ];
     keep("looking", &place, &commands);
+}
+
+/// With no time but for the quickest recipe, so that nothing else depends on the clock; frames are counted, not timed.
+#[test]
+fn snapshots_of_charts() {
+    let place = furnished();
+    for frame in 1..4 {
+        place.write(&format!("in/heli.{frame:04}.obj"), strip(8 + frame));
+    }
+    place.ok("build in/heli.%04d.obj -o heli.bvhc");
+    let commands = [
+        "chart roof.obj -o roof.html --rays 64 --budget 0s",
+        "chart roof.obj -o roof.html --rays 64 --budget 0s --markdown",
+        "chart heli.bvhc -o heli.html --rays 64",
+        "chart roof.obj --recipe nameless",
+        "chart none.obj -o none.html",
+        "chart roof.bvhc -o roof.html",
+    ];
+    keep("chart", &place, &commands);
 }
 
 #[test]

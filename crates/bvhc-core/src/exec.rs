@@ -313,6 +313,7 @@ impl Executor {
     }
 
     /// Feed a hasher; several threads are worth it from [`Executor::HASH_IN_PARALLEL_FROM`] bytes on.
+    #[doc(hidden)] // for the crates of this repository, which share a version of `blake3`
     pub fn update_hash(&self, hasher: &mut blake3::Hasher, bytes: &[u8]) {
         #[cfg(feature = "rayon")]
         if self.is_parallel() && bytes.len() >= Self::HASH_IN_PARALLEL_FROM {

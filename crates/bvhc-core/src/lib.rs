@@ -28,7 +28,7 @@
 //!
 //! # Rooms
 //!
-//! Each imports only from those before it: [`exec`], [`geom`], [`random`] and [`size`], [`simd`], [`layout`], [`refit`](mod@refit), [`quality`], [`cache`], [`trace`].
+//! Each imports only from those before it: [`exec`], [`geom`], `random` and `size` (closed to others), [`simd`], [`layout`], [`refit`](mod@refit), [`quality`], [`cache`], [`trace`].
 
 #![warn(missing_docs)]
 
@@ -38,9 +38,11 @@ pub mod geom;
 pub mod layout;
 mod pod;
 pub mod quality;
+#[doc(hidden)] // for the crates of this repository
 pub mod random;
 pub mod refit;
 pub mod simd;
+#[doc(hidden)]
 pub mod size;
 pub mod trace;
 

@@ -74,6 +74,7 @@ fn parse_in(bytes: Vec<u8>, range: Option<usize>, source: &mut Source) -> Result
     let report = ReadReport {
         skipped_primitives: counts.skipped,
         short_faces: counts.short_faces,
+        ignored_weights: counts.weighted,
         unreferenced_positions: counts.unreferenced,
         unknown_statements: counts.unknown,
         first_unknown_statement: counts.first_unknown.clone(),
@@ -98,7 +99,8 @@ pub(super) fn parse_in_pieces(source: &mut Source) -> Result<Result<Scene, Other
 }
 
 fn scene_of(text: Everyday, source: &mut Source) -> Result<Scene, SceneError> {
-    let mut report = ReadReport { skipped_primitives: text.skipped, ..ReadReport::default() };
+    let mut report =
+        ReadReport { skipped_primitives: text.skipped, ignored_weights: text.weighted, ..ReadReport::default() };
     if source.options.vertices || source.options.faces {
         let mut joined = joined(Vec::new(), source);
         report.unreferenced_positions = joined.add_everyday(text);

@@ -4,21 +4,30 @@
 //! still belongs to the one statement at hand. `None` leaves a line to the reader of statements, which knows all of them.
 
 use super::lines::line_end;
-use super::position::Positions;
+use super::position::{Positions, has_weight};
 use std::ops::Range;
 use std::slice::Iter;
 
-/// Copy `v x y z` of plain decimal numbers; what follows them is cut off. The length of the line with its end.
-pub(super) fn copy_position(text: &[u8], out: &mut Vec<u8>) -> Option<usize> {
-    let (numbers, length) = read_position(text)?;
-    out.push(b'v');
-    out.extend_from_slice(&text[numbers]);
-    out.push(b'\n');
-    Some(length)
+/// A line `v x y z` of plain decimal numbers.
+pub(super) struct Position {
+    /// Where the three numbers are, from the space before the first one on.
+    pub numbers: Range<usize>,
+    /// Whether a weight other than 1 follows them.
+    pub weighted: bool,
+    /// Length of the line with its end.
+    pub length: usize,
 }
 
-/// Where in `v x y z` the three plain decimal numbers are, from the space before the first one on, and the length of the line with its end.
-pub(super) fn read_position(text: &[u8]) -> Option<(Range<usize>, usize)> {
+/// Copy [`read_position`]; what follows the numbers is cut off.
+pub(super) fn copy_position(text: &[u8], out: &mut Vec<u8>) -> Option<Position> {
+    let position = read_position(text)?;
+    out.push(b'v');
+    out.extend_from_slice(&text[position.numbers.clone()]);
+    out.push(b'\n');
+    Some(position)
+}
+
+pub(super) fn read_position(text: &[u8]) -> Option<Position> {
     let mut bytes = text.get(1..)?.iter();
     let mut byte = *bytes.next()?;
     for _ in 0..3 {
@@ -32,7 +41,9 @@ pub(super) fn read_position(text: &[u8]) -> Option<(Range<usize>, usize)> {
         b' ' | b'\t' => end + passed_over(&text[end..])?,
         _ => return None,
     };
-    Some((1..end, length))
+    let rest = &text[end..length];
+    let weighted = matches!(byte, b' ' | b'\t') && has_weight(&rest[..line_end(rest).0]);
+    Some(Position { numbers: 1..end, weighted, length })
 }
 
 /// Copy `f a b c …`, of which all positions are there, without the numbers behind slashes. The length of the line with its end, and the
@@ -154,8 +165,8 @@ mod tests {
     /// What is copied of a text's first line, and how much of the text that takes.
     fn position(text: &str) -> Option<(String, usize)> {
         let mut out = Vec::new();
-        let length = copy_position(text.as_bytes(), &mut out)?;
-        Some((String::from_utf8(out).unwrap(), length))
+        let position = copy_position(text.as_bytes(), &mut out)?;
+        Some((String::from_utf8(out).unwrap(), position.length))
     }
 
     fn face(text: &str) -> Option<(String, usize, u64)> {

@@ -57,17 +57,26 @@ impl Positions {
     }
 }
 
-/// Write `v x y z` from the statement's arguments, or say what is wrong with them. What follows is cut off: a weight, which only rational curves
-/// and surfaces have, or a colour.
-pub(super) fn write_position(arguments: &[u8], out: &mut Vec<u8>) -> Result<(), String> {
+/// Whether a position has a weight other than 1, given what follows its three numbers: one number alone, since three are a colour. Only rational
+/// curves and surfaces have weights, but some programs write homogeneous coordinates.
+pub(super) fn has_weight(rest: &[u8]) -> bool {
+    let mut words = Words(rest);
+    let (Some(word), None) = (words.next(), words.next()) else { return false };
+    let weight = std::str::from_utf8(word).ok().and_then(|word| word.parse::<f64>().ok());
+    weight.is_some_and(|weight| weight != 1.0)
+}
+
+/// Write `v x y z` from the statement's arguments, or say what is wrong with them. What follows is cut off, a weight ([`has_weight`]) or a colour;
+/// whether it is such a weight.
+pub(super) fn write_position(arguments: &[u8], out: &mut Vec<u8>) -> Result<bool, String> {
     out.push(b'v');
-    write_numbers(arguments, out)?;
+    let weighted = write_numbers(arguments, out)?;
     out.push(b'\n');
-    Ok(())
+    Ok(weighted)
 }
 
 /// Write ` x y z` of [`write_position`].
-pub(super) fn write_numbers(arguments: &[u8], out: &mut Vec<u8>) -> Result<(), String> {
+pub(super) fn write_numbers(arguments: &[u8], out: &mut Vec<u8>) -> Result<bool, String> {
     let mut words = Words(arguments);
     let [Some(x), Some(y), Some(z)] = [words.next(), words.next(), words.next()] else {
         return Err(format!("a position has {} coordinates; it needs 3", Words(arguments).count()));
@@ -79,7 +88,7 @@ pub(super) fn write_numbers(arguments: &[u8], out: &mut Vec<u8>) -> Result<(), S
         out.push(b' ');
         out.extend_from_slice(if is_no_number(word) { b"nan" } else { word });
     }
-    Ok(())
+    Ok(has_weight(words.0))
 }
 
 /// Whether a word is infinity, or is NaN or infinity as old C libraries print them: `1.#IND`, `-1.#QNAN0`, `1.#INF`, `nan(ind)`. None of them is a

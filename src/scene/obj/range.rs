@@ -19,6 +19,8 @@ pub(super) struct Range {
     pub faces: usize,
     pub triangles: u64,
     pub skipped: u64,
+    /// Positions with a weight other than 1.
+    pub weighted: u64,
     /// Places in `corners` of numbers that count from the range's first position on.
     relative: Vec<usize>,
     /// Fewest positions before the range with which each face names what is there.
@@ -86,11 +88,12 @@ impl Reader {
         let text = lines.rest();
         let length = match text {
             [b'v', b' ' | b'\t', ..] => {
-                let (numbers, length) = plain::read_position(text)?;
+                let position = plain::read_position(text)?;
                 self.begin_position();
-                self.out.extend_from_slice(&text[numbers]);
+                self.out.extend_from_slice(&text[position.numbers]);
                 self.end_position();
-                length
+                self.range.weighted += u64::from(position.weighted);
+                position.length
             }
             [b'f', b' ' | b'\t', ..] => {
                 let (first, ahead) = (self.range.corners.len(), self.range.ahead);
@@ -124,7 +127,7 @@ impl Reader {
         match keyword {
             b"v" => {
                 self.begin_position();
-                write_numbers(arguments, &mut self.out).ok()?;
+                self.range.weighted += u64::from(write_numbers(arguments, &mut self.out).ok()?);
                 self.end_position();
             }
             b"f" | b"fo" => {

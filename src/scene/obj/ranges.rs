@@ -33,6 +33,7 @@ pub(super) struct Everyday {
     pub triangles: usize,
     /// Statements that hold no triangle, such as `l` and `p`.
     pub skipped: u64,
+    pub weighted: u64,
 }
 
 /// Read a text in ranges of about so many bytes; `None`, and nothing charged, where it holds anything else.
@@ -95,7 +96,8 @@ impl Gathered {
         }
         let parts = starts.into_iter().zip(parts.into_names()).collect();
         let skipped = ranges.iter().map(|range| range.skipped).sum();
-        Some(Everyday { ranges, parts, positions, triangles: triangles as usize, skipped })
+        let weighted = ranges.iter().map(|range| range.weighted).sum();
+        Some(Everyday { ranges, parts, positions, triangles: triangles as usize, skipped, weighted })
     }
 }
 

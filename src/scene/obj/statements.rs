@@ -39,6 +39,8 @@ pub(super) struct Statements<'a, 's> {
     parts: Parts<'a>,
     skipped: u64,
     short_faces: u64,
+    /// Positions with a weight other than 1.
+    weighted: u64,
     unknown: u64,
     first_unknown: Option<Statement>,
     evidence: Evidence<'a>,
@@ -52,6 +54,7 @@ pub(super) struct Statements<'a, 's> {
 pub(super) struct Counts {
     pub skipped: u64,
     pub short_faces: u64,
+    pub weighted: u64,
     pub unreferenced: u64,
     /// Statements with a keyword that is not known, and the first of them.
     pub unknown: u64,
@@ -88,6 +91,7 @@ impl<'a, 's> Statements<'a, 's> {
             parts: Parts::default(),
             skipped: 0,
             short_faces: 0,
+            weighted: 0,
             unknown: 0,
             first_unknown: None,
             evidence: Evidence::default(),
@@ -128,6 +132,7 @@ impl<'a, 's> Statements<'a, 's> {
         let counts = Counts {
             skipped: self.skipped,
             short_faces: self.short_faces,
+            weighted: self.weighted,
             unreferenced,
             unknown: self.unknown,
             first_unknown: self.first_unknown,
@@ -164,11 +169,12 @@ impl<'a, 's> Statements<'a, 's> {
             }
             let length = match text {
                 [b'v', b' ' | b'\t', ..] => {
-                    let length = plain::copy_position(text, &mut self.out);
-                    if length.is_some() {
+                    let position = plain::copy_position(text, &mut self.out);
+                    if let Some(position) = &position {
                         self.add_position()?;
+                        self.weighted += u64::from(position.weighted);
                     }
-                    length
+                    position.map(|position| position.length)
                 }
                 [b'f', b' ' | b'\t', ..] if in_part => {
                     match plain::copy_face(text, &mut self.positions, &mut self.out) {
@@ -215,7 +221,8 @@ impl<'a, 's> Statements<'a, 's> {
         match keyword {
             b"v" => {
                 self.add_position()?;
-                write_position(arguments, &mut self.out).map_err(|reason| self.error(reason))?;
+                let written = write_position(arguments, &mut self.out);
+                self.weighted += u64::from(written.map_err(|reason| self.error(reason))?);
             }
             // `fo` is an old name for the same thing, which `tobj` does not know.
             b"f" | b"fo" => self.face(arguments)?,

@@ -56,6 +56,13 @@ fn unreferenced_positions_are_counted_and_left_out() {
     assert_eq!((scene.report.unreferenced_positions, scene.meshes[0].positions.len()), (2, 3));
 }
 
+/// One number behind the three is a weight, three are a colour; a comment is neither.
+#[test]
+fn weights_that_are_not_followed_are_counted() {
+    let text = "v 0 0 0 2\nv 1 0 0 1.000\nv 0 1 0 .5 # half\nv 1 1 0 0.5 0.5 0.5\nv 2 1 0 # 3\nv 2 2 0 0.25 \\\n\nf 1 2 3\nf 3 4 5 6\n";
+    assert_eq!(read(text).report.ignored_weights, 3);
+}
+
 #[test]
 fn degenerate_triangles_follow_the_policy() {
     let text = format!("{TRIANGLE}v 2 0 0\nv nan 0 0\nf 1 2 3\nf 1 1 2\nf 1 2 4\nf 1 2 5\nf 3 2 1\n");

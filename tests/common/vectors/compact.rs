@@ -21,6 +21,11 @@ pub fn added(mut image: Image) -> Image {
     image
 }
 
+/// The planes of one row in all lanes that are used.
+fn used(trees: &mut CompactTrees, row: usize) -> impl Iterator<Item = &mut u8> {
+    trees.nodes.iter_mut().flat_map(move |node| node.planes[row].iter_mut().take(usize::from(node.children)))
+}
+
 /// Compact trees that are not the binary ones beside them.
 pub fn all() -> Vec<Invalid> {
     let edited = |rule: &'static Rule, edit: fn(&mut CompactTrees)| {
@@ -80,6 +85,40 @@ pub fn all() -> Vec<Invalid> {
         case("huge-step", edited(&rules::E0432, |c| c.nodes[0].exponents[0] = 255)),
         edited(&rules::E0433, |c| c.order.swap(0, 1)),
         case("out-of-range", edited(&rules::E0433, |c| c.order[5] = u32::MAX)),
+        edited(&rules::E0435, |c| {
+            *used(c, 3).find(|far| **far < u8::MAX).expect("a plane that can be moved outward") += 1
+        }),
+        case(
+            "near",
+            edited(&rules::E0435, |c| *used(c, 0).find(|near| **near > 0).expect("a plane above the first") -= 1),
+        ),
+        case(
+            "coarse",
+            edited(&rules::E0435, |c| {
+                let node = &mut c.nodes[0];
+                node.exponents[0] += 1;
+                node.planes[0].iter_mut().for_each(|near| *near /= 2);
+                node.planes[3].iter_mut().for_each(|far| *far = far.div_ceil(2));
+            }),
+        ),
+        case(
+            "origin",
+            edited(&rules::E0435, |c| {
+                let node = c.nodes.iter_mut().find(|node| node.planes[3].iter().all(|far| *far < u8::MAX));
+                let node = node.expect("a node that leaves the last plane free");
+                node.origin[0] = (node.corner(0) - node.scale(0)).to_bits();
+                for row in [0, 3] {
+                    node.planes[row][..usize::from(node.children)].iter_mut().for_each(|plane| *plane += 1);
+                }
+            }),
+        ),
+        case(
+            "no-step",
+            edited(&rules::E0435, |c| {
+                let flat = (0..3).find(|axis| c.nodes[0].exponents[*axis] == 0).expect("the sheet is flat");
+                c.nodes[0].planes[flat][0] = 1;
+            }),
+        ),
         case("compact-in-sequence", broken(&rules::E0125, of_sequence)),
     ]
 }

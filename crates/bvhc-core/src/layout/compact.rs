@@ -58,8 +58,7 @@ impl CompactNode {
     pub fn set_boxes(&mut self, boxes: &[Aabb]) {
         (self.children, self.planes) = (boxes.len() as u8, [[0; 8]; 6]);
         for axis in 0..3 {
-            let origin = boxes.iter().fold(f32::INFINITY, |m, b| if b.min[axis] < m { b.min[axis] } else { m });
-            let end = boxes.iter().fold(f32::NEG_INFINITY, |m, b| if b.max[axis] > m { b.max[axis] } else { m });
+            let (origin, end) = span(boxes, axis);
             let exponent = least_exponent(origin, end);
             (self.origin[axis], self.exponents[axis]) = (origin.to_bits(), exponent);
             let scale = step(exponent);
@@ -72,6 +71,57 @@ impl CompactNode {
             }
         }
     }
+}
+
+impl CompactNode {
+    /// Where the grid or a plane is not the one that [`CompactNode::set_boxes`] chooses for these boxes, which the decoded ones hold: what it must
+    /// be and what it is.
+    pub(crate) fn looser_than_needed(&self, boxes: &[Aabb]) -> Option<(String, String)> {
+        (0..3).find_map(|axis| {
+            let name = ["x", "y", "z"][axis];
+            let (least, greatest) = span(boxes, axis);
+            let (origin, exponent) = (self.corner(axis), self.exponents[axis]);
+            if origin != least {
+                return Some((format!("the grid must begin at {least} on axis {name}"), format!("begins at {origin}")));
+            }
+            let needed = || decode(origin, step(exponent - 1), u8::MAX) < greatest;
+            if exponent > 0 && !needed() {
+                let expected =
+                    format!("the step on axis {name} must have the exponent {}", least_exponent(least, greatest));
+                return Some((expected, format!("it has {exponent}")));
+            }
+            // All planes of a grid without a step are one.
+            let at = |number: u8| decode(origin, step(exponent), number);
+            boxes.iter().enumerate().find_map(|(lane, b)| {
+                let (low, high) = (self.planes[axis][lane], self.planes[axis + 3][lane]);
+                let (low_fits, high_fits) = match exponent {
+                    0 => (low == 0, high == 0),
+                    _ => (low == u8::MAX || at(low + 1) > b.min[axis], high == 0 || at(high - 1) < b.max[axis]),
+                };
+                let told = |side: &str, bound: f32, number: u8| {
+                    let expected = format!(
+                        "the {side} plane of child {lane} on axis {name} must be the nearest one outside of {bound}"
+                    );
+                    (expected, format!("it is number {number}, at {}", at(number)))
+                };
+                match (low_fits, high_fits) {
+                    (false, _) => Some(told("near", b.min[axis], low)),
+                    (_, false) => Some(told("far", b.max[axis], high)),
+                    _ => None,
+                }
+            })
+        })
+    }
+}
+
+/// From where to where some boxes reach on an axis.
+fn span(boxes: &[Aabb], axis: usize) -> (f32, f32) {
+    boxes.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(least, greatest), b| {
+        (
+            if b.min[axis] < least { b.min[axis] } else { least },
+            if b.max[axis] > greatest { b.max[axis] } else { greatest },
+        )
+    })
 }
 
 /// The step of an exponent.

@@ -126,6 +126,11 @@ impl Remarks<'_> {
             ),
             (report.unweighted_vertices, "vertex without joint weights", ": placed by the first joint"),
             (report.absent_materials, "primitive", " with a material that is not there: left without one"),
+            (
+                report.ignored_weights,
+                "vertex",
+                " with a weight other than 1: placed without it, as weights are for curves",
+            ),
         ];
         let found = counted_ones.iter().filter(|c| c.0 > 0).map(|(n, what, which)| counted(*n, what, which));
         let ignored = report.ignored_extensions.iter().map(|name| {

@@ -57,6 +57,7 @@ fn everyday_texts_are_read_in_ranges() {
         format!(
             "# made by hand\nmtllib a.mtl\no one\n{square}vt 0 0\nvn 0 0 1\ng a\nusemtl m\ns off\nf 1/1/1 2/1/1 3/1/1\nf 1 3 4\n"
         ),
+        "v 0 0 0 2\nv 1 0 0 1.000\nv 0 1 0 .5 # half\nv 1 1 0 0.5 0.5 0.5\nv\t1e0 1 1 9\nf 1 2 3 4\nf 2 3 5\n".into(),
         format!("{square}f 1 2 3 4\n{square}f -4 -3 -2 -1\nf -1 -2 -6\n"),
         format!("{concave}f 1 2 3 4 5\nf 1 2 3\nl 1 2\np 3\n\n   f  1  2  3  \n"),
         // Parts share positions, and come back.

@@ -5,6 +5,7 @@ use super::boxes::show;
 use crate::cache::report::{Place, Report};
 use crate::cache::rules;
 use crate::exec::Executor;
+use crate::geom::Aabb;
 use crate::layout::{BlasView, CompactNode, SectionKind, View, WideRow};
 
 /// What a file has of compact trees: a section each, or `None` where it is not there.
@@ -234,6 +235,7 @@ impl Tree<'_> {
         let binary = self.binary.nodes;
         let mut pending = vec![Pair { node: 0, binary: 0, first: 0, waiting: 0 }];
         let (mut cut, mut most) = (Vec::new(), 0);
+        let mut stands_for = [Aabb::EMPTY; 8];
         while let Some(Pair { node: index, binary: whole, mut first, waiting }) = pending.pop() {
             let (place, node) = (self.node(index as usize), &self.nodes[index as usize]);
             let children = usize::from(node.children);
@@ -241,6 +243,7 @@ impl Tree<'_> {
             let (mut next_node, mut next_ref, start) = (node.first_node, node.first_ref as usize, pending.len());
             cut.clear();
             cut.push(whole);
+            let mut holds_all = true;
             for lane in 0..children {
                 let count = u32::from(node.counts[lane]);
                 let wanted = if count == 0 { below[next_node as usize] } else { count };
@@ -265,7 +268,9 @@ impl Tree<'_> {
                 };
                 let (outer, inner) = (node.bounds(lane), binary[at as usize].bounds());
                 let holds = |axis: usize| outer.min[axis] <= inner.min[axis] && outer.max[axis] >= inner.max[axis];
+                stands_for[lane] = inner;
                 if !(0..3).all(holds) {
+                    holds_all = false;
                     let actual = format!("that of child {lane} is {}", show(&outer));
                     out.add(&rules::E0432, place, || (show(&inner), actual));
                 }
@@ -278,6 +283,9 @@ impl Tree<'_> {
                     next_ref += count as usize;
                 }
                 first += wanted;
+            }
+            if holds_all && let Some((expected, actual)) = node.looser_than_needed(&stands_for[..children]) {
+                out.add(&rules::E0435, place, || (expected.clone(), actual.clone()));
             }
             pending[start..].reverse();
         }

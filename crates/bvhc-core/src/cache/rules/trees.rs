@@ -118,6 +118,10 @@ rules! {
         "the box may be {expected}, it is {actual}", "51-node-and-tnod-32-bytes",
         means "Rays visit the node in vain, in the worst case every ray every node, and the bounds of the scene are wrong.",
         because FOREIGN_WRITER, remedy Rebuild;
+    E0435 "compact-grid", "a compact tree's node has another grid, or other planes on it, than the least that hold its boxes",
+        "{expected}, but {actual}", "57-compact-trees",
+        means "Boxes are larger than eight bits need, so that rays visit nodes in vain, in the worst case every ray every node.",
+        because FOREIGN_WRITER, remedy Rebuild;
     W0401 "negative-zero", "a position is minus zero",
         "a zero is written as {expected}, but {actual}", "52-tris-48-bytes",
         means "It traverses like plus zero, but equal scenes get different hashes.",

@@ -1,7 +1,7 @@
 use std::cmp::Ordering;
 
 use super::corner::{Corner, Whole};
-use crate::geom::Aabb;
+use crate::geom::{Aabb, clip};
 
 /// A triangle has three corners, and each of six sides of a box adds one at most; planes of one axis are parallel, so that only two of
 /// them bound a part.
@@ -19,7 +19,7 @@ enum Line {
 pub struct Part {
     corners: [(Corner, Line); MOST],
     len: usize,
-    /// A box around the part: that of the triangle, cut where the part was.
+    /// A box around the part, rounded outward.
     pub outer: Aabb,
 }
 
@@ -71,9 +71,8 @@ impl Part {
         for (side, (corner, _)) in sides.iter_mut().zip(&self.corners[..self.len]) {
             *side = whole.compare(corner, axis, plane);
         }
-        let (mut below, mut above) = (self.outer, self.outer);
-        below.max[axis] = below.max[axis].min(plane);
-        above.min[axis] = above.min[axis].max(plane);
+        // Tight boxes decide most comparisons to come, and builders' boxes are the same ones.
+        let (below, above) = clip::split(&whole.corners, axis, plane, &self.outer);
         let line = Line::Plane { axis: axis as u8, plane };
         [self.keep(&sides, Ordering::Less, line, below), self.keep(&sides, Ordering::Greater, line, above)]
     }
