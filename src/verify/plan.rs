@@ -74,8 +74,11 @@ impl Plan {
     /// Nodes entered and triangles tested by all rays together, where a plan may choose how many there are: some tens of seconds on one core.
     pub const TRACE_WORK: u64 = 1_000_000_000;
 
-    /// Fewest rays that the oracle judges of each set, however large the scene.
+    /// Fewest rays that the oracle judges of each set, unless that takes more than [`Plan::AT_MOST`] times its work.
     const LEAST: u64 = 16;
+
+    /// How many times [`Plan::oracle_work`] the fewest rays may take: where every ray meets thousands of triangles in one place, each is judged for seconds.
+    const AT_MOST: u64 = 4;
 
     /// How many of a set's rays go to the oracle where one takes `cost` of [`Plan::oracle_work`].
     pub fn sampled(&self, set: usize, cost: u64) -> u64 {
@@ -85,15 +88,27 @@ impl Plan {
             Reference::Bvh if self.judged.is_some() => {
                 self.judged.map_or(0, |judged| RaySet::shares(&self.sets, judged)[set]).min(rays)
             }
-            Reference::Bvh => (self.oracle_work / cost.max(1) / self.sets.len() as u64).max(Self::LEAST).min(rays),
+            Reference::Bvh => {
+                let within = |times: u64| times.saturating_mul(self.oracle_work) / cost.max(1) / self.sets.len() as u64;
+                within(1).max(Self::LEAST.min(within(Self::AT_MOST))).max(1).min(rays)
+            }
         }
     }
 
-    /// What one ray costs the oracle, as the first few of every set tell.
+    /// What one ray costs the oracle, as the first few of every set tell: fewer where these alone would take a good part of its work.
     pub fn cost(&self, oracle: &Oracle<'_>, sampler: &Sampler<'_>, exec: &Executor) -> u64 {
-        let rays = self.first_few(sampler, exec);
-        let tests = exec.map_range(rays.len(), |i| oracle.trace_counted(&rays[i]).1);
-        tests.into_iter().sum::<u64>() / (rays.len() as u64).max(1)
+        let few: Vec<Vec<Ray>> = (0..self.sets.len()).map(|set| self.few_of(set, sampler, exec)).collect();
+        let (mut work, mut count) = (0, 0);
+        for turn in 0..Self::LEAST as usize {
+            let rays: Vec<&Ray> = few.iter().filter_map(|rays| rays.get(turn)).collect();
+            let tests = exec.map_range(rays.len(), |i| oracle.trace_counted(rays[i]).1);
+            work += tests.into_iter().sum::<u64>();
+            count += rays.len() as u64;
+            if work > self.oracle_work / 4 {
+                break;
+            }
+        }
+        work / count.max(1)
     }
 
     /// The same plan with fewer rays where the file's trees make each ray long, so that a run which is left to choose ends: at most
@@ -118,11 +133,7 @@ impl Plan {
         Plan { rays: self.rays.min(u64::try_from(affordable).unwrap_or(u64::MAX).max(least)), ..self.clone() }
     }
 
-    /// Some rays of every set.
-    fn first_few(&self, sampler: &Sampler<'_>, exec: &Executor) -> Vec<Ray> {
-        (0..self.sets.len()).flat_map(|set| self.few_of(set, sampler, exec)).collect()
-    }
-
+    /// Some rays of a set.
     fn few_of(&self, set: usize, sampler: &Sampler<'_>, exec: &Executor) -> Vec<Ray> {
         self.rays_in(&Batch { set, first: 0, count: self.rays_of(set).min(Self::LEAST) }, sampler, exec)
     }
@@ -239,7 +250,8 @@ mod tests {
     fn the_sample_is_spread_over_all_batches_and_keeps_to_the_work_allowed() {
         let plan = Plan { oracle_work: 1_000_000, ..plan(1_000_000, 2) };
         assert_eq!(plan.sampled(0, 10), 50_000);
-        assert_eq!(plan.sampled(0, 1_000_000_000), Plan::LEAST);
+        assert_eq!(plan.sampled(0, 100_000), Plan::LEAST);
+        assert_eq!([plan.sampled(0, 400_000), plan.sampled(0, 1_000_000_000)], [5, 1], "few rays take long enough");
         assert_eq!(plan.sampled(0, 0), 500_000);
         assert_eq!(Plan { reference: Reference::Brute, ..plan.clone() }.sampled(1, 1_000_000_000), 500_000);
         let few = Plan { judged: Some(100), ..plan.clone() };
