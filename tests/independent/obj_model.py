@@ -55,20 +55,36 @@ def read(data):
 
 
 def statements(data):
-    """The lines of the file, without comments, white space at both ends, and with continued lines joined."""
+    """The lines of the file, without comments, white space at both ends, and with continued lines joined.
+
+    Lines are joined by a backslash at the end of a line; white space behind it is nothing that could be seen, and behind the last line
+    there is nothing to join. Comments "are not processed", so that a line of comment ends where it ends.
+    """
     # Several writers round a file up to a block with zeros: they stand behind the text and say nothing.
     data = data.rstrip(b"\0")
     if b"\0" in data:
         raise Refused("a zero byte stands in the text")
     if data[:3] == b"\xef\xbb\xbf":
         data = data[3:]
-    if b"\\" in data:
-        data = re.sub(rb"\\(\r\n|\n|\r)", b" ", data)
     lines = [line.strip() for line in data.splitlines()]
+    if b"\\" in data:
+        lines = joined(lines)
     if b"#" in data:
         # A name may hold the sign, so that only a line of numbers ends there.
         lines = [without_comment(line) if b"#" in line else line for line in lines]
     return lines
+
+
+def joined(lines):
+    out, begun = [], None
+    for line in lines:
+        whole = line if begun is None else (begun + b" " + line).strip()
+        begun = None
+        if line[-1:] == b"\\" and whole[:1] != b"#":
+            begun = whole[:-1]
+        else:
+            out.append(whole)
+    return out if begun is None else out + [begun.strip()]
 
 
 def without_comment(line):

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """The second reader against answers worked out by hand from the specifications, and the comparison against faults that are planted."""
 
+import base64
+import json
 import os
 import sys
 import tempfile
@@ -163,6 +165,61 @@ class GltfByHand(unittest.TestCase):
             self.assertRaises(Refused, read, broken(change))
 
 
+class Documents(unittest.TestCase):
+    """What may stand around the triangles of a glTF file: texts, padding, references."""
+
+    def read(self, change_text=lambda text: text, uri=None, **root):
+        g = Gltf(**root)
+        g.show(g.node(mesh=g.mesh(), name="NAME"))
+        with tempfile.TemporaryDirectory() as folder:
+            os.mkdir(os.path.join(folder, "m"))
+            path = os.path.join(folder, "m", "m.gltf")
+            for place in (folder, os.path.join(folder, "m")):
+                with open(os.path.join(place, "t.bin"), "wb") as file:
+                    file.write(bytes(g.data))
+            g.save(path, uri.replace("DATA", base64.b64encode(g.data).decode()) if uri else None)
+            with open(path, "rb") as file:
+                text = file.read()
+            with open(path, "wb") as file:
+                file.write(change_text(text))
+            model = gltf_scene.read(path)
+        self.assertEqual(list(world(model).values()), [[[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]])
+        return bool(model.faults)
+
+    def test_padding_and_other_encodings_place_nothing(self):
+        for behind, is_fault in ((b" \n\t\r", False), (b"\0\0", True), (b" \0 ", True), (b"\r\n\x1a", True)):
+            self.assertEqual(self.read(lambda text: text + behind), is_fault, behind)
+        self.assertRaises(Refused, self.read, lambda text: text + b"\0x")
+        for name, is_fault in ((b"caf\xe9", True), ("é".encode(), False), (b"\\ud800", True), (b"\\ud83d\\ude00", False)):
+            self.assertEqual(self.read(lambda text: text.replace(b"NAME", name)), is_fault, name)
+
+    def test_references(self):
+        for uri in ("t.bin", "./t.bin", "x/../t.bin", "x/y/.././../t.bin", "x/%2E%2e/t.bin", "t.bin?v=1#f", "x\\..\\t.bin", "data:;base64,DATA", "data:;base64,DATA#x="):
+            self.assertFalse(self.read(uri=uri), uri)
+        for uri in ("../t.bin", "x/../../t.bin", "x/../../m/t.bin", "%2e%2e/t.bin", "x\\..\\..\\t.bin", "/t.bin", "data:;base64,#DATA"):
+            self.assertRaises(Refused, self.read, uri=uri)
+
+    def test_what_is_null_or_empty_is_not_there_and_a_fault(self):
+        def put(**members):
+            return lambda text: text.replace(b'"name": "NAME"', json.dumps(members)[1:-1].encode())
+        for key in ("matrix", "translation", "children", "weights", "skin", "name", "extensions"):
+            self.assertTrue(self.read(put(**{key: None})), key)
+        for key in ("matrix", "translation", "children", "weights"):
+            self.assertTrue(self.read(put(**{key: []})), key)
+        for members in ({"name": 5}, {"camera": "x"}, {"camera": -1}, {"camera": 1.5}, {"extensions": 7}):
+            self.assertTrue(self.read(put(**members)), members)
+        self.assertRaises(Refused, self.read, put(children=7))
+        self.assertFalse(self.read(put(extras={"a": None, "b": []})))
+
+    def test_a_list_of_weights_that_is_empty_leaves_those_of_the_mesh(self):
+        for weights in ({"weights": []}, {"weights": None}):
+            g = Gltf()
+            mesh = g.mesh(g.primitive(targets=[{"POSITION": g.accessor([[0, 0, 8]] * 3)}]), weights=[0.5])
+            model = read(g.show(g.node(mesh=mesh, **weights)))
+            self.assertEqual(list(world(model).values()), [[[[0, 0, 4], [1, 0, 4], [0, 1, 4]]]])
+            self.assertEqual(len(model.faults), 1)
+
+
 class ObjByHand(unittest.TestCase):
     def triangles(self, text):
         model = obj_model.read(text)
@@ -181,6 +238,12 @@ class ObjByHand(unittest.TestCase):
 
     def test_numbers_are_doubles(self):
         self.assertEqual(self.triangles(b"v 4649776.75 1e-300 0.1\nv 1.#IND 0 0\nv 0 0 0\nf 1 3 3")[0][1][0], [4649776.75, 1e-300, 0.1])
+
+    def test_a_backslash_joins_lines_and_may_be_the_last_sign(self):
+        corner = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        for text in (b"f 1 2 3\\", b"f 1 2 3 \\ \t", b"f 1 2 3\\\n", b"f 1 2 3\\\0\0", b"f 1 2\\ \r\n3", b"\\\nf 1 2 3", b"# C:\\\nf 1 2 3", b"f 1 2 \\\n3 # 1 \\\n# 2"):
+            self.assertEqual(self.triangles(b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + text), [(0, corner)], text)
+        self.assertRaises(Refused, obj_model.read, b"v 0 0 0\nf 1 1 1\\\\\n")
 
     def test_refusals(self):
         for text in (b"f 0 1 2\nv 0 0 0", b"v 0 0 0\nf -2 1 1", b"v 0 0 0\nf 1 1 2", b"v 0 0\nf 1 1 1", b"V 0 0 0", b"<html>", b"v 0 0 0\0\nf 1 1 1", b"v 0 0 x\nf 1 1 1"):
