@@ -68,6 +68,16 @@ def transforms():
     g = Gltf()
     mesh = g.mesh(patch(g, [400000.25, 90.5, -4649776.5]))
     yield "far_and_back", g.show(g.node(mesh=mesh, translation=[-400000.25, -90.5, 4649776.5]))
+    # Of a shared mesh the file may put the origin elsewhere: here by less than the corners are rounded by, but on one axis.
+    g = Gltf()
+    mesh = g.mesh(g.primitive([[102713.4453125, -50760.56640625, -0.610138475894928], [102713.8125, -50760.26953125, -0.4935392439365387], [102713.546875, -50760.13671875, 0.5879867076873779]]))
+    turns = ([-0.5082144532582895, -0.8050305139293337, -0.13110165231579324, 0.2765073197984453], [-0.01751228189536302, -0.6863430984535072, 0.5638012470331264, 0.4590801945542286],
+             [0.3483804168518959, 0.9218135906807288, 0.08788845301960631, -0.14548680014427956])
+    away = [-43788.178219082474, -113102.01476561176, -73236.71769340847]
+    yield "shared_far_turned", g.show(*(g.node(mesh=mesh, rotation=turn) for turn in turns[:2]), g.node(mesh=mesh, rotation=turns[2], translation=away))
+    g = Gltf()
+    mesh = g.mesh(patch(g, [61926.5, -50108.5, 36743.25], 0.5, 3))
+    yield "shared_far_back", g.show(*(g.node(mesh=mesh, rotation=turn, translation=[-61926.5 + i, 50108.5, -36743.25]) for i, turn in enumerate(turns)))
 
 
 def accessors():

@@ -20,6 +20,7 @@ from gltf_writer import TRIANGLE, Gltf  # noqa: E402
 from model import NO_NODE, Refused, Unsupported  # noqa: E402
 
 QUARTER = [0.0, 0.0, 0.7071067811865476, 0.7071067811865476]  # a quarter turn about z: x becomes y
+QUARTER_MATRIX = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
 
 
 def read(g, moment=None):
@@ -294,7 +295,7 @@ class PlantedFaults(unittest.TestCase):
 
         def matrix(shown):
             shown.matrix[1, 3] *= 1 + 2.0**-23
-        self.assertEqual(self.kinds(matrix, True), {"position"})
+        self.assertEqual(self.kinds(matrix, True), {"matrix"})
 
     def test_an_origin_elsewhere_agrees_and_a_wrong_one_does_not(self):
         for error, wanted in ((0.0, set()), (1e-5, {"position"})):
@@ -309,6 +310,56 @@ class PlantedFaults(unittest.TestCase):
             cache.read_counts["degenerate_triangles"] = 1
             move(cache.places[0])
             self.assertEqual({d["kind"] for d in Comparison(model, cache).run().differences}, wanted)
+
+    def test_two_units_in_the_last_place_are_found_beside_a_far_origin(self):
+        origin = np.float32([4649776.5, -500123.25, 102.5])
+        for corner in np.ndindex(2, 3, 3):
+            for units in (0, 2):
+                model = self.model()
+                model.placements[0].matrix[:3, 3] += origin
+                cache = FakeCache(model, True, drop=[2])
+                cache.read_counts["degenerate_triangles"] = 1
+                shown = cache.places[0]
+                local = shown.body.corners.astype(np.float64)
+                shown.body.corners = rounded(transform(model.placements[0].matrix, local) - origin)
+                shown.matrix = np.column_stack([np.eye(3), origin])
+                # The numbers of the model are of f64: of the corners beside the origin some units are below them.
+                shown.body.corners[corner] += np.float32(units * max(np.spacing(shown.body.corners[corner]), 2.0**-20))
+                self.assertEqual({d["kind"] for d in Comparison(model, cache).run().differences}, {"position"} if units else set())
+
+    def moved(self, change=lambda places: None, by=(1.0625e-3, -1.7e-4, 6.0001e-4), mesh_at=(80000.25, 2.5, -3.75)):
+        """A mesh of two places that stands moved in its own space, as rounding to f32 leaves it."""
+        g = Gltf()
+        rng = np.random.default_rng(7)
+        mesh = g.mesh(g.primitive(np.float32(rng.uniform(-1, 1, (12, 3)) + mesh_at)))
+        turns = [[0.1825741858, 0.3651483717, 0.5477225575, 0.7302967433], QUARTER]
+        model = read(g.show(*(g.node(mesh=mesh, rotation=turn, translation=[7.7, 0.1, -3.3]) for turn in turns)))
+        cache = FakeCache(model, True)
+        body = cache.places[0].body
+        right = model.placements[0].parts[0].positions[model.placements[0].parts[0].corners]
+        body.corners, body.node = rounded(right - by), NO_NODE
+        for shown, placement in zip(cache.places, model.placements):
+            shown.body = body
+            shown.matrix[:, 3] = rounded(placement.matrix[:3] @ np.append(by, 1))
+        change(cache.places)
+        return {d["kind"] for d in Comparison(model, cache).run().differences}
+
+    def test_a_shared_mesh_may_be_moved_in_its_own_space(self):
+        for by in ((1.0625e-3, -1.7e-4, 6.0001e-4), (0, 0, 0), (80000, 0, 0), (80000.123, 1 / 3, -4), (1e-5, 1e-6, -1e-5), (0.004, 0, 0)):
+            self.assertEqual(self.moved(by=by), set(), by)
+
+    def test_faults_of_a_moved_mesh_are_found(self):
+        def next_but_one(array, at):
+            # The model's numbers are of f64: beside the origin some units of f32 are below them.
+            array[at] = np.float32(array[at] + 2 * max(np.spacing(np.abs(np.float32(array[at]))), 2.0**-25))
+        for by in ((1.0625e-3, -1.7e-4, 6.0001e-4), (0, 0, 0), (80000.123, 1 / 3, -4)):
+            for corner in np.ndindex(4, 3, 3):
+                self.assertTrue(self.moved(lambda places: next_but_one(places[0].body.corners, corner), by=by), (by, corner))
+            for entry in np.ndindex(3, 3):
+                # Beside a zero f32 is finer than the f64 of a turn.
+                if QUARTER_MATRIX[entry]:
+                    self.assertEqual(self.moved(lambda places: next_but_one(places[1].matrix, entry), by=by), {"matrix"}, (by, entry))
+            self.assertIn("matrix", self.moved(lambda places: places[0].matrix.__iadd__(np.eye(3, 4, 3) * 1e-3), by=by))
 
     def test_corners_in_another_order_are_found(self):
         for order, kind in (([1, 2, 0], "corners turned"), ([1, 0, 2], "corners the other way round")):
@@ -363,6 +414,36 @@ class Polygons(unittest.TestCase):
         self.assertIn("polygon's edges", self.kinds((1, 3, 2), (1, 4, 3)))
         self.assertIn("polygon's corner", self.kinds((1, 2, 3), (1, 3, 5)))
         self.assertEqual(self.kinds((1, 2, 3), drop=1), {"polygon's area"})
+
+
+    def test_corners_that_rounding_may_join_are_told_apart_by_what_is_stored(self):
+        # The second and third corner are a tenth of a unit of f32 apart, and stand on either side of where rounding parts them.
+        text = b"v 0 0 0\nv 16777216.95 0 0\nv 16777217.05 0 0\nv 16777217.05 9 0\nv 0 9 0\nf 1 2 3 4 5\n"
+        model = obj_model.read(text)
+        positions = model.placements[0].parts[0].positions
+        for triangles, wanted in ((((1, 2, 3), (1, 3, 4), (1, 4, 5)), set()), (((1, 2, 4), (2, 3, 4), (1, 4, 5)), set()),
+                                  (((1, 2, 4), (2, 4, 3), (1, 4, 5)), {"polygon's edges"}), (((1, 2, 4), (1, 3, 4), (1, 4, 5)), {"polygon's edges"})):
+            cache = FakeCache(model, False)
+            body = cache.places[0].body
+            body.corners, body.prims = rounded(positions[np.array(triangles) - 1]), np.arange(3)
+            kept = ~without_area(body.corners)
+            if wanted:
+                kept[:] = True
+            body.corners, body.prims = body.corners[kept], body.prims[kept]
+            cache.read_counts["degenerate_triangles"] = int((~kept).sum())
+            self.assertEqual({d["kind"] for d in Comparison(model, cache).run().differences}, wanted, triangles)
+
+    def test_one_unit_in_the_last_place_is_found_about_an_origin(self):
+        model = obj_model.read(self.TEXT.replace(b"v ", b"v 4649776.").replace(b" 1 1 0", b" 1 1 0"))
+        origin = np.array([4649776.0, 1.0, 0.0])
+        positions = model.placements[0].parts[0].positions
+        for moved, wanted in ((0.0, set()), (2.0**-22, {"polygon's corner"})):
+            cache = FakeCache(model, True)
+            shown = cache.places[0]
+            shown.body.corners = rounded(positions[np.array([(1, 2, 3), (1, 3, 4)]) - 1] - origin)
+            shown.matrix = np.column_stack([np.eye(3), origin])
+            shown.body.corners[1, 2, 1] += np.float32(moved)
+            self.assertEqual({d["kind"] for d in Comparison(model, cache).run().differences}, wanted)
 
 
 class Names(unittest.TestCase):
