@@ -246,8 +246,13 @@ class ObjByHand(unittest.TestCase):
             self.assertEqual(self.triangles(b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + text), [(0, corner)], text)
         self.assertRaises(Refused, obj_model.read, b"v 0 0 0\nf 1 1 1\\\\\n")
 
+    def test_numbers_beyond_f64_are_numbers(self):
+        corners = self.triangles(b"v 1e400 -1e999 inf\nv -nan(ind) 0 0\nv 0 0 0\nf 1 2 3")[0][1]
+        self.assertEqual(corners[0], [sys.float_info.max, -sys.float_info.max, float("inf")])
+        self.assertTrue(np.isnan(corners[1][0]))
+
     def test_refusals(self):
-        for text in (b"f 0 1 2\nv 0 0 0", b"v 0 0 0\nf -2 1 1", b"v 0 0 0\nf 1 1 2", b"v 0 0\nf 1 1 1", b"V 0 0 0", b"<html>", b"v 0 0 0\0\nf 1 1 1", b"v 0 0 x\nf 1 1 1"):
+        for text in (b"v 0 0 0\nf 1 1 99999999999999999999", b"f 0 1 2\nv 0 0 0", b"v 0 0 0\nf -2 1 1", b"v 0 0 0\nf 1 1 2", b"v 0 0\nf 1 1 1", b"V 0 0 0", b"<html>", b"v 0 0 0\0\nf 1 1 1", b"v 0 0 x\nf 1 1 1"):
             self.assertRaises(Refused, obj_model.read, text)
 
 
@@ -266,6 +271,34 @@ class FakeCache:
 
     def shown(self):
         return self.places
+
+
+class Counts(unittest.TestCase):
+    def kinds(self, model, drop, **counts):
+        cache = FakeCache(model, False, drop=drop)
+        cache.read_counts.update({key + "_triangles": count for key, count in counts.items()})
+        for shown in cache.places:
+            shown.body.corners = shown.body.corners[np.isfinite(shown.body.corners).all(axis=(1, 2))]
+        return {d["kind"] for d in Comparison(model, cache).run().differences}
+
+    def test_a_number_beyond_f64_is_out_of_range_and_an_infinity_is_no_number(self):
+        for number, reason, other in ((b"1e400", "out_of_range", "non_finite"), (b"-inf", "non_finite", "out_of_range")):
+            model = obj_model.read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv %s 0 0\nf 1 2 3\nf 1 2 4\n" % number)
+            self.assertEqual(self.kinds(model, [1], **{reason: 1}), set())
+            self.assertEqual(self.kinds(model, [1], **{other: 1}), {"count"})
+
+    def test_the_cut_of_a_polygon_decides_how_many_triangles_have_its_corner_beyond_f32(self):
+        model = obj_model.read(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 1e39 0 0\nf 1 2 3\nf 1 2 3 4\n")
+        for counts, wanted in (({"out_of_range": 2}, set()), ({"out_of_range": 1, "degenerate": 1}, set()), ({"out_of_range": 3}, {"count"})):
+            self.assertEqual(self.kinds(model, [1, 2], **counts), wanted)
+
+    def test_one_pose_of_two_nodes_counts_once_or_twice(self):
+        def model(second):
+            g = Gltf()
+            mesh = g.mesh(g.primitive(TRIANGLE * 2, [0, 1, 2, 3, 3, 4], targets=[{"POSITION": g.accessor([[0, 0, 1]] * 6)}]), weights=[1])
+            return read(g.show(g.node(mesh=mesh), g.node(mesh=mesh, translation=[1, 2, 3], weights=[second])))
+        for second, told, wanted in ((1, 1, set()), (1, 2, set()), (1, 3, {"count"}), (0.5, 1, {"count"}), (0.5, 2, set())):
+            self.assertEqual(self.kinds(model(second), [1], degenerate=told), wanted, (second, told))
 
 
 class PlantedFaults(unittest.TestCase):

@@ -11,7 +11,7 @@ import numpy as np
 from arithmetic import F64_SLACK, half_ulp
 
 # Steps towards the origin that breaks no bound, and how far the last of them may stay off.
-STEPS, NEARLY = 300, 1.02
+STEPS, NEARLY = 120, 1.02
 
 
 def find(bodies, instances):
@@ -21,10 +21,10 @@ def find(bodies, instances):
     `instances`: (matrix of the file f64[3, 4], matrix of the node f64[4, 4], its magnitude f64[4, 4]).
     """
     low, high = np.full(3, -np.inf), np.full(3, np.inf)
-    middles, off = [], []
+    middles, corners_off, entries_off, clearly_off = [], [], [], []
     for stored, right, size in bodies:
         by, bound = right - stored, half_ulp(stored) + size * F64_SLACK
-        off.append((np.abs(by) / bound).max(axis=1))
+        corners_off.append((np.abs(by) / bound).max(axis=1))
         low, high = np.maximum(low, (by - bound).max(axis=0)), np.minimum(high, (by + bound).min(axis=0))
         middles.append(by)
     # Where corners leave no origin, some are wrong: most of them say where it is.
@@ -32,13 +32,13 @@ def find(bodies, instances):
     inside = low <= high
     center = np.where(inside, (low + high) / 2, middle)
     width = np.where(inside, np.maximum((high - low) / 2, np.abs(center) * 2.0**-50), half_ulp(middle))
-    width = np.maximum(width, 2.0**-149)
 
     rows, wanted = [np.diag(1 / width)], [np.zeros(3)]
     for stored, matrix, magnitude in instances:
-        # What rounding of the corners moves them by anyway shows nothing.
-        own = half_ulp(matrix[:3, 3]) + magnitude[:3, 3] * F64_SLACK + np.abs(matrix[:3, :3]) @ width
-        off.append(np.abs(stored[:, 3] - matrix[:3, 3]) / own)
+        own = half_ulp(matrix[:3, 3]) + magnitude[:3, 3] * F64_SLACK
+        entries_off.append(np.abs(stored[:, 3] - matrix[:3, 3]) / own)
+        # What rounding of the corners moves them by anyway is nothing that one entry alone could show.
+        clearly_off.append(np.abs(stored[:, 3] - matrix[:3, 3]) / (own + np.abs(matrix[:3, :3]) @ width))
         bound = half_ulp(stored[:, 3]) + magnitude[:3, 3] * F64_SLACK + magnitude[:3, :3] @ np.abs(center) * F64_SLACK
         # Beside the corners' own bounds, what is far narrower only costs digits.
         bound = np.maximum(bound, width.max() * 2.0**-32)
@@ -46,9 +46,9 @@ def find(bodies, instances):
         # About the middle of the corners' bounds, so that large numbers have gone.
         wanted.append((stored[:, 3] - matrix[:3, 3] - matrix[:3, :3] @ center) / bound)
     step, worst = least_maximum(np.concatenate(rows), np.concatenate(wanted))
-    off = np.concatenate(off)
-    off = off[off > 1]
-    return center + step, np.inf if len(off) == 1 and off[0] > 3 else worst
+    corners_off, entries_off, clearly_off = (np.concatenate(off) for off in (corners_off, entries_off, clearly_off))
+    one_number = (corners_off > 1).sum() + (entries_off > 1).sum() == 1
+    return center + step, np.inf if one_number and max(corners_off.max(), clearly_off.max()) > 3 else worst
 
 
 def least_maximum(rows, wanted):
