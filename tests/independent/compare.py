@@ -12,6 +12,7 @@ import argparse
 import json
 import os
 import sys
+from collections import Counter
 
 import numpy as np
 
@@ -19,6 +20,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import gltf_scene  # noqa: E402
 import obj_model  # noqa: E402
 import polygons  # noqa: E402
+import tree_origin  # noqa: E402
 from blake3 import blake3  # noqa: E402
 from arithmetic import F64_SLACK, half_ulp, rounded, without_area  # noqa: E402
 from cache import Cache, bvhc_reader  # noqa: E402
@@ -49,7 +51,10 @@ class Comparison:
         # In the meshes, and where they are shown.
         self.dropped = {"degenerate": [0, 0], "non_finite": [0, 0], "out_of_range": [0, 0]}
         self.counted_meshes = set()
+        self.unsure = 0  # triangles of polygons that are left out for one reason or another
         self.gone_with_place = 0  # triangles of placements of which nothing is left
+        self.of_tree, self.origins = {}, {}
+        self.copies = Counter(placement.mesh for placement in model.placements)
         self.keep = cache.options.get("degenerate") == "keep"
 
     def differ(self, kind, where, count=1, first=""):
@@ -57,6 +62,7 @@ class Comparison:
 
     def run(self):
         shown = self.by_place()
+        self.find_instances(shown)
         for placement in self.model.placements:
             compared, left_out = self.compared, self.left_out
             for part in placement.parts:
@@ -69,6 +75,14 @@ class Comparison:
                 self.differ("extra part", place_name(*key), len(extra.body.prims))
         self.counts()
         return self
+
+    def find_instances(self, shown):
+        """What each tree holds where: triples of placement, part and instance."""
+        for placement in self.model.placements:
+            for part in placement.parts:
+                there = shown.get((placement.mesh, part.number, placement.node, placement.copy))
+                if there is not None and there.matrix is not None and ((there.body.prims - part.first_prim) < len(part)).all():
+                    self.of_tree.setdefault(there.body.blas, []).append((placement, part, there))
 
     def by_place(self):
         """The cache's bodies under (mesh, part, node, copy): the n-th of one mesh, part and node is the n-th instance of that node."""
@@ -125,39 +139,56 @@ class Comparison:
         matrix, magnitude = placement.matrix, placement.magnitude
         if shown.matrix is None:
             exact = transform(matrix, right)
-            slack = transform(magnitude, size) * F64_SLACK
-            self.judge(exact, stored, half_ulp(exact) + slack, 0.0 * exact, cut, rows, where)
-        elif self.is_of_node(shown, matrix, magnitude) and not self.is_moved(stored, right, size):
-            self.judge(right, stored, half_ulp(right) + size * F64_SLACK, 0.0 * right, cut, rows, where)
+            found = self.judge(exact, stored, transform(magnitude, size) * F64_SLACK, cut, rows)
         else:
-            # The file may put the mesh's origin elsewhere, or flatten the mesh itself: what counts is where its corners come to stand,
-            # and how far the numbers that are stored may be from those that they were rounded from.
-            m = np.vstack([shown.matrix, [0, 0, 0, 1]])
-            exact, got = transform(matrix, right), transform(m, stored)
-            rounding = np.where(stored == right, 0.0, half_ulp(stored))
-            bound = transform(np.abs(m), rounding, 0.0) + transform(half_ulp(m), np.abs(stored) + rounding)
-            bound += transform(np.abs(m), np.abs(stored)) * F64_SLACK
-            self.judge(exact, got, transform(magnitude, size) * F64_SLACK, bound, cut, rows, where)
+            # What the matrix is says how the tree stands. Where several readings could be meant, one of them has to be right.
+            readings = list(self.readings(placement, shown, right, size))
+            judged = [self.judge(exact, stored, slack, cut, rows) for exact, slack in readings]
+            found = min(judged, key=lambda found: sum(count for _, count, _ in found), default=None)
+            if found is None:
+                self.differ("matrix", where, 1, "it is %s; the node's: %s" % (numbers(shown.matrix), numbers(matrix[:3])))
+        for kind, count, first in found or []:
+            self.differ(kind, where, count, first)
         if part.polygons:
             polygons.compare(self, placement, part, shown, rows, where)
 
-    @staticmethod
-    def is_of_node(shown, matrix, magnitude):
-        """Is the instance's matrix the node's, each entry rounded once? Then the mesh stands in its own space."""
-        return (np.abs(shown.matrix - matrix[:3]) <= half_ulp(matrix[:3]) + magnitude[:3] * F64_SLACK).all()
+    def readings(self, placement, shown, right, size):
+        """What the corners of an instance may be (SPEC.md, 10.6), with what f64 may be off: none if the matrix fits none of it."""
+        matrix, magnitude = placement.matrix, placement.magnitude
+        if (shown.matrix[:, :3] == np.eye(3)).all():
+            # The node's transform is applied, but for a translation to an origin.
+            yield transform(matrix, right) - shown.matrix[:, 3], transform(magnitude, size) * F64_SLACK
+        if not (np.abs(shown.matrix - matrix[:3]) <= half_ulp(matrix[:3]) + magnitude[:3] * F64_SLACK)[:, :3].all():
+            return
+        if (np.abs(shown.matrix - matrix[:3]) <= half_ulp(matrix[:3]) + magnitude[:3] * F64_SLACK).all():
+            # The node's matrix, each entry rounded once: the mesh stands in its own space.
+            yield right, size * F64_SLACK
+        if self.copies[placement.mesh] > 1:
+            # A mesh of several places, which is moved in its own space.
+            origin, missed = self.origin(shown.body.blas)
+            if missed <= tree_origin.NEARLY:
+                exact = right - origin
+                yield exact, (size + np.abs(origin)) * F64_SLACK + (tree_origin.NEARLY - 1) * half_ulp(exact)
+
+    def origin(self, blas):
+        if blas not in self.origins:
+            bodies, seen = [], set()
+            for placement, part, shown in self.of_tree[blas]:
+                if id(shown.body) not in seen and len(shown.body.prims):
+                    seen.add(id(shown.body))
+                    at = part.corners[shown.body.prims - part.first_prim].reshape(-1)
+                    bodies.append((shown.body.corners.reshape(-1, 3).astype(np.float64), part.positions[at], part.magnitude[at]))
+            instances = {(p.node, p.copy): (shown.matrix, p.matrix, p.magnitude) for p, _, shown in self.of_tree[blas]}
+            self.origins[blas] = tree_origin.find(bodies, instances.values())
+        return self.origins[blas]
 
     @staticmethod
-    def is_moved(stored, right, size):
-        """Does the mesh stand moved in its own space, by one translation? A matrix that rounds may still be that of the node."""
-        by = np.median(stored - right, axis=(0, 1))
-        bound = half_ulp(stored) + size * F64_SLACK
-        is_one = (np.abs(stored - (right + by)) <= bound + 2 * half_ulp(stored).max(axis=(0, 1))).all()
-        return bool(is_one and (np.abs(by) > 4 * bound.max(axis=(0, 1))).any())
+    def judge(exact, got, slack, cut, rows):
+        """Corners in their order, each the right one rounded once: a list of (kind, count, first) of what differs."""
+        bound, out = half_ulp(exact) + slack, []
 
-    def judge(self, exact, got, bound, got_bound, cut, rows, where):
-        """Compare corners in their order. `bound` goes with the right corners, `got_bound` with those of the file."""
         def near(at, order):
-            return (np.abs(got[at] - exact[at][:, order]) <= bound[at][:, order] + got_bound[at]).all(axis=(1, 2))
+            return (np.abs(got[at] - exact[at][:, order]) <= bound[at][:, order]).all(axis=(1, 2))
 
         with np.errstate(invalid="ignore", over="ignore"):
             bad = np.flatnonzero(~(near(slice(None), [0, 1, 2]) | cut))
@@ -166,14 +197,15 @@ class Comparison:
                 for order in orders:
                     these |= near(bad, order)
                 if these.any():
-                    self.differ(kind, where, these.sum(), "triangle %d" % rows[bad[np.argmax(these)]])
+                    out.append((kind, these.sum(), "triangle %d" % rows[bad[np.argmax(these)]]))
                 bad = bad[~these]
             if len(bad):
                 off = np.abs(got[bad] - exact[bad])
                 ulps = np.nan_to_num((off / (2 * half_ulp(exact[bad]))).max(axis=(1, 2)), nan=np.inf)
                 i = int(np.argmax(ulps))
-                self.differ("position", where, len(bad), "triangle %d is at %s; right: %s (off by %.3g, %.3g units in the last place)" % (
-                    rows[bad[i]], triangle(got[bad[i]]), triangle(exact[bad[i]]), off[i].max(), ulps[i]))
+                out.append(("position", len(bad), "triangle %d is at %s; right: %s (off by %.3g, %.3g units in the last place)" % (
+                    rows[bad[i]], triangle(got[bad[i]]), triangle(exact[bad[i]]), off[i].max(), ulps[i])))
+        return out
 
     # What is not there.
 
@@ -182,22 +214,35 @@ class Comparison:
             return
         self.left_out += len(rows)
         finite, flat = reasons(placement, part, rows)
-        first = (placement.mesh, part.number, placement.node if part.deformed else NO_NODE) not in self.counted_meshes
-        self.counted_meshes.add((placement.mesh, part.number, placement.node if part.deformed else NO_NODE))
+        # Of a polygon with a corner beyond f32, or that is no number, the cut decides how many triangles have that corner.
+        unsure = self.of_polygon_beyond(part, rows)
+        self.unsure += int(unsure.sum())
+        # Two nodes may give a mesh the same pose, which is then one mesh.
+        key = placement.mesh, part.number, blake3(part.positions.tobytes()).digest() if part.deformed else None
+        first = key not in self.counted_meshes
+        self.counted_meshes.add(key)
         # A number of the model that f32 cannot hold is told from what is no number. What a place moves so far counts with the latter.
         local = part.positions[part.corners[rows]]
         beyond = np.isfinite(local).all(axis=(1, 2)) & ~np.isfinite(rounded(local)).all(axis=(1, 2))
         for reason, these in (("non_finite", ~finite & ~beyond), ("out_of_range", beyond), ("degenerate", flat & finite)):
-            self.dropped[reason][0] += int(these.sum()) * first
-            self.dropped[reason][1] += int(these.sum())
+            self.dropped[reason][0] += int((these & ~unsure).sum()) * first
+            self.dropped[reason][1] += int((these & ~unsure).sum())
         lost = finite & ~flat
         if self.keep and not (flat.all() and len(rows) == len(part)):
             # `keep` keeps what is flat in the model, not an instance that is scaled to nothing.
-            lost = finite
+            lost = finite & ~unsure
         if lost.any():
             i = int(np.argmax(lost))
             world = transform(placement.matrix, part.positions[part.corners[rows[i]]])
             self.differ("missing", where, lost.sum(), "triangle %d at %s" % (rows[i], triangle(world)))
+
+    @staticmethod
+    def of_polygon_beyond(part, rows):
+        beyond = np.zeros(len(part), dtype=bool)
+        for polygon in part.polygons if not np.isfinite(rounded(part.positions)).all() else []:
+            if not np.isfinite(rounded(part.positions[polygon.corners])).all():
+                beyond[polygon.first:polygon.first + len(polygon.corners) - 2] = True
+        return beyond[rows]
 
     def counts(self):
         """What was left out must have been counted: triangles once a mesh or once a place; a place of which nothing is left may count as one."""
@@ -206,7 +251,7 @@ class Comparison:
             told = self.cache.read_counts.get(reason + "_triangles", 0)
             if self.keep and reason == "degenerate":
                 continue  # there it counts those that were found, and kept
-            if not min(right) - (self.gone_with_place if instances else 0) <= told <= max(right):
+            if not min(right) - (self.gone_with_place if instances else 0) <= told <= max(right) + self.unsure:
                 self.differ("count", reason, 1, "the cache says that %d triangles were left out as %s; right: %s"
                             % (told, reason, " or ".join(map(str, sorted(set(right))))))
 
@@ -259,6 +304,10 @@ def clipped(name):
 
 def place_name(mesh, part, node, copy):
     return "mesh %d part %d" % (mesh, part) + (" at node %d" % node if node != NO_NODE else "") + (" copy %d" % copy if copy else "")
+
+
+def numbers(matrix):
+    return " ".join("%.9g" % x for x in matrix.reshape(-1))
 
 
 def triangle(corners):

@@ -5,6 +5,7 @@ Nothing here says what is right: the second reader does, and `selftest.py` holds
 """
 
 import base64
+import json
 import os
 import sys
 
@@ -67,6 +68,16 @@ def transforms():
     g = Gltf()
     mesh = g.mesh(patch(g, [400000.25, 90.5, -4649776.5]))
     yield "far_and_back", g.show(g.node(mesh=mesh, translation=[-400000.25, -90.5, 4649776.5]))
+    # Of a shared mesh the file may put the origin elsewhere: here by less than the corners are rounded by, but on one axis.
+    g = Gltf()
+    mesh = g.mesh(g.primitive([[102713.4453125, -50760.56640625, -0.610138475894928], [102713.8125, -50760.26953125, -0.4935392439365387], [102713.546875, -50760.13671875, 0.5879867076873779]]))
+    turns = ([-0.5082144532582895, -0.8050305139293337, -0.13110165231579324, 0.2765073197984453], [-0.01751228189536302, -0.6863430984535072, 0.5638012470331264, 0.4590801945542286],
+             [0.3483804168518959, 0.9218135906807288, 0.08788845301960631, -0.14548680014427956])
+    away = [-43788.178219082474, -113102.01476561176, -73236.71769340847]
+    yield "shared_far_turned", g.show(*(g.node(mesh=mesh, rotation=turn) for turn in turns[:2]), g.node(mesh=mesh, rotation=turns[2], translation=away))
+    g = Gltf()
+    mesh = g.mesh(patch(g, [61926.5, -50108.5, 36743.25], 0.5, 3))
+    yield "shared_far_back", g.show(*(g.node(mesh=mesh, rotation=turn, translation=[-61926.5 + i, 50108.5, -36743.25]) for i, turn in enumerate(turns)))
 
 
 def accessors():
@@ -150,10 +161,14 @@ def write_references(folder):
         "data_unpadded": ("data:;base64," + encoded.rstrip("="), None),
         "name_space": ("with%20space.bin", "with space.bin"), "name_raw_space": ("raw space.bin", "raw space.bin"), "name_hash": ("a%23b.bin", "a#b.bin"),
         "name_plus": ("a+b.bin", "a+b.bin"), "name_folder": ("sub%20folder/x.bin", "sub folder/x.bin"), "name_dot": ("./dot.bin", "dot.bin"),
+        "name_dots": ("sub%20folder/.././/dots.bin", "dots.bin"), "name_dots_escaped": ("sub%20folder/%2E%2e/dots.bin", "dots.bin"),
+        "name_dots_nowhere": ("nowhere/a/../../dots.bin", "dots.bin"), "name_dots_outside": ("sub%20folder/../../dots.bin", None),
         "name_unicode": ("%C3%A9.bin", "é.bin"), "name_raw_unicode": ("ü.bin", "ü.bin"), "name_mixed": ("Unicode%20❤.bin", "Unicode ❤.bin"),
         "name_backslash": ("sub folder\\back.bin", "sub folder/back.bin"), "name_percent_literal": ("50%.bin", "50%.bin"), "name_lost": ("lost.bin", None),
         "name_outside": ("../outside.bin", None), "name_http": ("https://example.com/x.bin", None), "data_no_comma": ("data:application/octet-stream;base64", None),
         "data_short": ("data:;base64," + encoded[:20], None),
+        "data_fragment": ("data:;base64," + encoded + "#a/b?c", None), "data_fragment_early": ("data:;base64," + encoded[:20] + "#" + encoded[20:], None),
+        "data_percent_fragment": ("data:," + percent + "#%41", None), "data_padded_too_much": ("data:;base64," + encoded + "===", None),
     }
     for name, (uri, file) in references.items():
         if file:
@@ -163,6 +178,53 @@ def write_references(folder):
     g.root.pop("buffers", None)
     g.save(os.path.join(folder, "binary.glb"))
     g.save_glb(os.path.join(folder, "binary_more_chunks.glb"), b"\4\0\0\0XTRA" + b"abcd")
+
+
+def write_texts(folder):
+    """What stands in and behind the JSON and places nothing: padding, and texts in another encoding."""
+    g = one(translation=[1, 2, 3], name="NODE")
+    g.root["asset"]["generator"], g.root["extras"] = "GENERATOR", {"KEY": None}
+    path = os.path.join(folder, "plain.gltf")
+    g.save(path)
+    with open(path, "rb") as file:
+        text = file.read()
+    texts = {
+        "padded_spaces": text + b" \t\r\n ", "padded_zeros": text + b"\0" * 7, "padded_sign": text + b"\r\n\x1a", "not_padding": text + b"\0x",
+        "latin_generator": text.replace(b"GENERATOR", b"caf\xe9"), "latin_key": text.replace(b"KEY", b"\xfc"), "latin_node": text.replace(b"NODE", b"\xe9"),
+        "half_a_pair": text.replace(b"NODE", b"\\ud800"), "whole_pair": text.replace(b"NODE", b"\\ud83d\\ude00"),
+    }
+    for name, changed in texts.items():
+        with open(os.path.join(folder, "text_%s.gltf" % name), "wb") as out:
+            out.write(changed)
+    g.root.pop("buffers", None)
+    for name, pad, tail in (("zeros", b"\0" * 5, b""), ("tail", b" ", b"\0" * 6), ("tail_spaces", b" ", b" " * 9)):
+        g.save_glb(os.path.join(folder, "text_padded_%s.glb" % name), pad=pad, tail=tail)
+
+
+def write_nothings(folder):
+    """Properties that are null, lists that are empty, and values of another type: the schema of glTF has none of them."""
+    g = Gltf()
+    attributes = {"JOINTS_0": g.accessor([[0, 0, 0, 0]] * 3, "u1"), "WEIGHTS_0": g.accessor([[1, 0, 0, 0]] * 3)}
+    mesh = g.mesh(g.primitive(TRIANGLE, [0, 1, 2], attributes=attributes, targets=[{"POSITION": g.accessor([[1, 0, 0]] * 3)}]), weights=[0.5])
+    g.root["skins"] = [{"joints": [1]}]
+    g.show(g.node(mesh=mesh, skin=0), g.node(translation=[1, 2, 3]), g.node(mesh=mesh, translation=[0, 0, 9]))
+    places = {
+        "": ("scene", "animations", "materials", "extensionsUsed", "extensionsRequired", "extensions", "extras"), "asset": ("minVersion", "generator"),
+        "nodes 1": ("mesh", "skin", "children", "matrix", "rotation", "scale", "extensions", "name"), "nodes 2": ("weights", "skin"),
+        "meshes 0": ("weights", "name"), "meshes 0 primitives 0": ("indices", "mode", "material", "targets"), "skins 0": ("skeleton", "inverseBindMatrices"),
+        "accessors 0": ("sparse", "byteOffset", "normalized"), "bufferViews 0": ("byteStride", "byteOffset"),
+    }
+    for place, keys in places.items():
+        for key in keys:
+            for name, value in (("null", None), ("empty", []), ("five", 5)):
+                root = json.loads(json.dumps(g.document()))
+                root["buffers"][0]["uri"] = "data:;base64," + base64.b64encode(g.data).decode()
+                item = root
+                for step in place.split():
+                    item = item[int(step) if step.isdigit() else step]
+                item[key] = value
+                with open(os.path.join(folder, "%s_%s.gltf" % (name, "_".join((place + " " + key).split()))), "w") as out:
+                    json.dump(root, out)
 
 
 def main():
@@ -175,6 +237,8 @@ def main():
         for name, g in group():
             g.save(os.path.join(folder, name + ".gltf"))
     write_references(folder)
+    write_texts(folder)
+    write_nothings(folder)
     corners_obj.write(folder)
     print("%d models in %s" % (sum(f.endswith((".gltf", ".glb", ".obj")) for f in os.listdir(folder)), folder))
     return 0

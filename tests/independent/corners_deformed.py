@@ -117,6 +117,10 @@ def morphs():
     g = Gltf()
     yield "morph_two_primitives", g.show(g.node(mesh=g.mesh(body(g, up), body(g, out), weights=[-0.5]), scale=[1, 2, 3]))
     g = Gltf()
+    mesh = g.mesh(body(g, [[0, 0, 0], [-1, 0, 0], [0, -1, 0]]), g.primitive(), weights=[1])
+    g.root["meshes"][mesh]["primitives"][1]["targets"] = [{"POSITION": g.accessor([[0, 0, 1]] * 3)}]
+    yield "morph_flattened_in_two_places", g.show(g.node(mesh=mesh), g.node(mesh=mesh, translation=[0, 0, 5]), g.node(mesh=mesh, weights=[0.5]))
+    g = Gltf()
     yield "morph_flattened", g.show(g.node(mesh=g.mesh(body(g, [[0, 0, 0], [-1, 0, 0], [0, -1, 0]]), weights=[1])), g.node(mesh=0, weights=[0]))
     g = Gltf()
     extension = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": g.accessor([[0, 0, 0], [3, 0, 0]])}}}

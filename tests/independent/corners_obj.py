@@ -25,6 +25,9 @@ def texts():
     yield "mark", "\ufeff" + SQUARE + "f 1 2 3\n"
     yield "comments", "#v 9 9 9\n" + SQUARE + "f 1 2 3 # the first\nf 1 3 4 #and the second\nv 5 5 5 # v\n# f 1 2 5"
     yield "continued", "v 0 0 \\\n0\nv 1 0 0\nv 1 \\\n1 \\\n0\nv 0 1 0\nf 1 2 \\\n3 4\n"
+    yield "continued_at_the_end", SQUARE + "f 1 2 3 \\\n4\\"
+    yield "continued_at_the_end_and_zeros", SQUARE + "f 1 2 \\ \t\n3\\ \0\0\0"
+    yield "continued_comments", SQUARE + "# C:\\models\\\nf 1 2 3\nf 1 \\\r\n2 \\\n4 # 3 \\\n# 4\nf 1 3 4\n\\\nf 2 3 4"
     yield "negative", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 5 5\nf -4 2 -1\nf 1/-1 2/-2/-3 -1//1\nvt 0 0\n"
     yield "corner_forms", SQUARE + "vt 0 0\nvn 0 0 1\nf 1/1 2/1 3/1\nf 1//1 3//1 4//1\nf 1/1/1 2/1/1 4/1/1\nf 1/ 2/ 3/\n"
     yield "old_faces", SQUARE + "fo 1 2 3\nf 1 3 4\n"
@@ -41,6 +44,9 @@ def texts():
     yield "index_before", SQUARE + "f -5 1 2\n"
     yield "other_elements", SQUARE + "vp 0 0\np 1 2\nl 1 2 3\nf 1 2 3\nl 3 4\ncstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nend\nf 1 3 4\n"
     yield "flat_and_not_finite", "v 0 0 0\nv 1 1 1\nv 2 2 2\nv 1 0 0\nv nan 0 0\nv 1e39 0 0\nv 0 -inf 0\nf 1 2 3\nf 1 2 4\nf 2 2 4\nf 1 2 5\nf 1 4 6\nf 4 2 7\nf 3 2 4\n"
+    yield "beyond_f64", "v 0 0 0\nv 1e400 0 0\nv -1e999 1 0\nv 1 0 0\nv 0 1 0\nv inf 0 0\nv -nan(ind) 0 0\nf 1 2 4\nf 1 4 5\nf 3 4 5\nf 1 4 6\nf 1 4 7\n"
+    yield "sign_behind", SQUARE + "f 1 2 3\nf 1 3 4 \x1a"
+    yield "index_huge", SQUARE + "f 1 2 99999999999999999999\n"
     yield "far", "".join("v %.4f %.4f %.4f\n" % (500123.25 + 0.1 * (i % 9), 102.5 + 0.01 * math.sin(i), -4649777 + 0.1 * (i // 9)) for i in range(81)) + "".join(
         "f %d %d %d %d\n" % (i + 1, i + 2, i + 11, i + 10) for i in range(71) if i % 9 < 8)
 
@@ -70,6 +76,11 @@ def polygon_texts():
     yield "corners_in_line", ring([(0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1)])
     yield "corner_twice", ring([(0, 0), (2, 0), (2, 0), (2, 2), (0, 2)])
     yield "hole_by_a_bridge", ring([(0, 0), (4, 0), (4, 4), (0, 4), (0, 0), (1, 1), (1, 3), (3, 3), (3, 1), (1, 1)])
+    yield "corners_almost_one", "".join("v %s 100 %s\n" % p for p in (
+        (500000.01, -4600000.3), (500000.02, -4600000.3), (500000.0, -4600000.6), (500000.03, -4600000.6), (500000.01, -4600000.0), (499999.99, -4600000.3))) + (
+        "f 1 2 3 4 5 6\nf 6 1 1 2 4\nf 1 4 5 5 2 6\nf 6 5 4 3 2 1\n")
+    yield "corners_almost_one_near", "v 0.1 0.2 0.3\nv 0.10000000298 0.2 0.3\nv 0.9 0.2 0.3\nv 0.90000003 0.8 0.3\nv 0.9 0.8000000119 0.3\nv 0.1 0.8 0.3\nf 1 2 3 4 5 6\nf 2 1 3 5 4 6\n"
+    yield "corner_beyond", "v 1 2 -3\nv 2 0 0\nv -1.8 2 2\nv 3.5e38 0 -1\nv 0 1 4\nf 1 4 3 2 3\nf 4 1 2 5\nf 1 2 3 5 2\n"
     yield "bow_tie", ring([(0, 0), (2, 2), (2, 0), (0, 2)])
     yield "all_in_line", ring([(0, 0), (1, 1), (2, 2), (3, 3)])
     yield "polygons_among_triangles", SIX + "f 1 2 3\nf 1 2 5 4\nf 4 5 6\ng g\nf 2 3 6 5\nf 1 3 6\nf 1 3 6 4\n"

@@ -7,6 +7,7 @@ import base64
 import binascii
 import json
 import os
+import re
 import struct
 from urllib.parse import unquote_to_bytes
 
@@ -28,11 +29,23 @@ HARMLESS = {
     "AGI_stk_metadata", "CESIUM_primitive_outline", "EXT_lights_image_based",
 }
 
-
+# What the schema requires of the objects of a list, and what else it says of properties that a reader of triangles may look at.
 REQUIRED = {
     "buffers": {"byteLength": (int, float)}, "bufferViews": {"buffer": (int, float), "byteLength": (int, float)},
     "accessors": {"componentType": (int, float), "count": (int, float), "type": str}, "meshes": {"primitives": list},
 }
+OPTIONAL = {
+    "accessors": {"name": str, "normalized": bool, "extensions": dict, "sparse": dict, "bufferView": (int, float), "byteOffset": (int, float)},
+    "animations": {"name": str, "extensions": dict, "channels": list, "samplers": list}, "buffers": {"uri": str, "name": str, "extensions": dict},
+    "bufferViews": {"name": str, "extensions": dict, "byteOffset": (int, float), "byteStride": (int, float)}, "materials": {"name": str},
+    "meshes": {"name": str, "weights": list, "extensions": dict}, "scenes": {"name": str, "nodes": list, "extensions": dict},
+    "nodes": {"name": str, "weights": list, "children": list, "extensions": dict, "mesh": (int, float), "skin": (int, float), "camera": (int, float)},
+    "skins": {"name": str, "joints": list, "extensions": dict, "skeleton": (int, float), "inverseBindMatrices": (int, float)},
+}
+LISTS = ("accessors", "animations", "buffers", "bufferViews", "cameras", "extensionsRequired", "extensionsUsed", "images", "materials", "meshes",
+         "nodes", "samplers", "scenes", "skins", "textures")
+# Lists that say by being there that something is meant to be in them.
+NOT_TO_BE_EMPTY = {"primitives", "joints", "channels", "samplers"}
 
 
 def required_is_known(name):
@@ -57,7 +70,7 @@ class Document:
             if name in NEED_NOT_BE_KNOWN:
                 self.model.fault("it requires the extension %s, which a reader need not know" % name)
         self.buffers = {}
-        self.check_required()
+        self.check_schema()
 
     # The container [4.4].
 
@@ -93,13 +106,38 @@ class Document:
         if text[:3] == b"\xef\xbb\xbf":
             self.model.fault("the JSON begins with a byte order mark")
             text = text[3:]
+        # JSON ends with its object, and spaces are to pad it [4.4.3.2]. Some writers fill up with zeros, or end a text by the sign that
+        # ended texts of DOS; a parser of JSON may accept what is more than JSON (RFC 8259, 9).
+        end = text.rstrip(b"\0\x1a \t\r\n")
+        if text[len(end):].strip(b" \t\r\n"):
+            self.model.fault("the JSON is padded with other than white space")
         try:
-            value = json.loads(text.decode("utf-8"), parse_constant=self.no_constant)
+            # Names in another encoding than UTF-8 [2.7] place no triangle. Their bytes come as U+DC80 and on.
+            value = json.loads(end.decode("utf-8", "surrogateescape"), parse_constant=self.no_constant)
         except (ValueError, RecursionError) as error:
             raise Refused("its JSON: %s" % error)
         if not isinstance(value, dict):
             raise Refused("its JSON is no object")
-        return value
+        try:
+            json.dumps(value, ensure_ascii=False).encode("utf-8")
+        except UnicodeEncodeError:
+            self.model.fault("a text of the JSON is no Unicode")
+        return self.without_nothings(value)
+
+    def without_nothings(self, value):
+        """By the schema no property is null, and no list is empty. Writers mean a property that is not there."""
+        if isinstance(value, list):
+            return [self.without_nothings(item) if isinstance(item, (dict, list)) else item for item in value]
+        out = {}
+        for key, item in value.items():
+            if key == "extras":
+                continue
+            if item is None or item == []:
+                self.model.fault("%s is %s" % (key, "null" if item is None else "empty"))
+                if item is None or key not in NOT_TO_BE_EMPTY:
+                    continue
+            out[key] = self.without_nothings(item) if isinstance(item, (dict, list)) and key != "extensions" else item
+        return out
 
     @staticmethod
     def no_constant(text):
@@ -151,20 +189,41 @@ class Document:
             return default
         return self.integer(value, key)
 
-    def check_required(self):
-        """What the schema requires of every object, used or not: a reader may refuse a file for any of it."""
+    def check_schema(self):
+        """What the schema says of objects, used or not: a reader may refuse a file for any of it."""
         root = self.json
-        for kind, keys in REQUIRED.items():
-            for i, item in enumerate(self.list(root, kind)):
-                for key, types in keys.items():
-                    if not isinstance(item, dict) or not isinstance(item.get(key), types) or isinstance(item.get(key), bool):
-                        self.model.fault("%s %d has no %s" % (kind, i, key))
+        for key in LISTS:
+            if key in root and not isinstance(root[key], list):
+                self.model.fault("%s is no list" % key)
+        for kind in sorted(REQUIRED.keys() | OPTIONAL.keys()):
+            items = root.get(kind, [])
+            for i, item in enumerate(items if isinstance(items, list) else []):
+                self.check_object(item, "%s %d" % (kind, i), REQUIRED.get(kind, {}), OPTIONAL.get(kind, {}))
+                for primitive in item.get("primitives", []) if kind == "meshes" and isinstance(item, dict) else []:
+                    self.check_object(primitive, "a primitive of mesh %d" % i, {"attributes": dict}, {
+                        "indices": (int, float), "material": (int, float), "mode": (int, float), "targets": list, "extensions": dict})
         for i, node in enumerate(self.list(root, "nodes")):
-            numbers = [x for key in ("matrix", "translation", "rotation", "scale") for x in node.get(key, [])] if isinstance(node, dict) else []
-            if not all(isinstance(x, (int, float)) and abs(x) < float("inf") for x in numbers):
+            if not isinstance(node, dict):
+                continue
+            lists = [node[key] for key in ("matrix", "translation", "rotation", "scale") if isinstance(node.get(key), list)]
+            if not all(isinstance(x, (int, float)) and abs(x) < float("inf") for numbers in lists for x in numbers):
                 self.model.fault("a number of node %d is not finite" % i)
-            if isinstance(node, dict) and len(node.get("matrix", [])) == 16 and node["matrix"][3::4] != [0, 0, 0, 1]:
+            matrix = node.get("matrix")
+            if isinstance(matrix, list) and len(matrix) == 16 and matrix[3::4] != [0, 0, 0, 1]:
                 self.model.fault("the matrix of node %d is not affine" % i)
+
+    def check_object(self, item, what, required, optional):
+        if not isinstance(item, dict):
+            self.model.fault("%s is no object" % what)
+            return
+        for key, types in {**optional, **required}.items():
+            value = item.get(key)
+            if value is None and key in required:
+                self.model.fault("%s has no %s" % (what, key))
+            elif value is not None and (not isinstance(value, types) or isinstance(value, bool) and types != bool):
+                self.model.fault("the %s of %s is %.20r" % (key, what, value))
+            elif types == (int, float) and value is not None and not (value >= 0 and value == value // 1):
+                self.model.fault("the %s of %s is %r" % (key, what, value))
 
     # Buffers [3.6.1].
 
@@ -180,7 +239,7 @@ class Document:
             elif not isinstance(uri, str):
                 raise Refused("the uri of buffer %d is no text" % index)
             else:
-                data = data_uri(uri) if uri[:5].lower() == "data:" else self.external(uri, index)
+                data = data_uri(uri, self.model) if uri[:5].lower() == "data:" else self.external(uri, index)
             if len(data) < length:
                 raise Refused("buffer %d has %d of %d bytes" % (index, len(data), length))
             self.buffers[index] = data[:length]
@@ -198,8 +257,11 @@ class Document:
         for name in decoded + [name.replace("\\", "/") for name in decoded]:
             if "\0" in name:
                 raise Refused("buffer %d has a zero byte in its name" % index)
-            if ".." in name.split("/"):
+            name = without_dots(name)
+            if name.split("/")[0] in ("..", ""):
                 raise Refused("buffer %d is outside of the model's folder" % index)
+            if re.match("[A-Za-z]:", name):
+                self.model.fault("buffer %d names a drive, where there are drives" % index)
             full = os.path.join(self.folder, name)
             if os.path.isfile(full):
                 with open(full, "rb") as file:
@@ -259,6 +321,8 @@ class Document:
         return values, bool(item.get("normalized", False))
 
     def substituted(self, values, sparse, count, component, width, what):
+        if not isinstance(sparse, dict):
+            raise Refused("%s: sparse is no object" % what)
         number = self.number(sparse, "count")
         places, new = sparse.get("indices"), sparse.get("values")
         if not isinstance(places, dict) or not isinstance(new, dict):
@@ -291,15 +355,33 @@ class Document:
         return values[:, 0].astype(np.int64), int(np.iinfo(values.dtype).max)
 
 
-def data_uri(uri):
-    """The bytes of a data URI by RFC 2397: data:[type][;parameter=value]*[;base64],data."""
-    head, comma, body = uri[5:].partition(",")
+def without_dots(path):
+    """A relative path without the segments `.` and `..`, by RFC 3986, 5.2.4, but that `..` stay where nothing stands before them."""
+    segments = path.split("/")
+    out = []
+    for i, segment in enumerate(segments):
+        if segment == ".." and out and out[-1] != "..":
+            out.pop()
+        elif segment != ".":
+            out.append(segment)
+            continue
+        # What ends in a dot segment is a folder.
+        if i == len(segments) - 1:
+            out.append("")
+    return "/".join(out)
+
+
+def data_uri(uri, model):
+    """The bytes of a data URI by RFC 2397: data:[type][;parameter=value]*[;base64],data. A fragment behind it is none of it (RFC 3986, 3.5)."""
+    head, comma, body = uri[5:].partition("#")[0].partition(",")
     if not comma:
         raise Refused("a data URI has no comma")
     data = unquote_to_bytes(body)
     if head.split(";")[-1].strip().lower() != "base64":
         return data
     data = b"".join(data.split())
+    if len(data) - len(data.rstrip(b"=")) > -len(data.rstrip(b"=")) % 4:
+        model.fault("a data URI has more padding than it needs")
     try:
         return base64.b64decode(data + b"=" * (-len(data) % 4), validate=True)
     except binascii.Error as error:

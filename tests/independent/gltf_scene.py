@@ -116,13 +116,15 @@ class Scene:
         if m not in self.meshes:
             item = self.document.item("meshes", m)
             primitives = item.get("primitives")
-            if not isinstance(primitives, list) or not primitives:
+            if not isinstance(primitives, list):
                 raise Refused("mesh %d has no primitives" % m)
             self.meshes[m] = [self.primitive(p, "primitive %d of mesh %d" % (i, m)) for i, p in enumerate(primitives)]
         return self.meshes[m]
 
     def primitive(self, item, what):
         """(item, f64 positions, int corners), or None for what shows no triangle."""
+        if not isinstance(item, dict):
+            raise Refused("%s is no object" % what)
         mode = item.get("mode", TRIANGLES)
         attributes = item.get("attributes")
         if not isinstance(attributes, dict):
@@ -225,6 +227,8 @@ class Scene:
             self.model.fault("primitives of one mesh have other numbers of targets")
         positions, extent = positions.copy(), extent.copy()
         for weight, target in zip(weights, targets):
+            if not isinstance(target, dict):
+                raise Refused("a morph target is no object")
             # A target without positions moves none.
             if weight == 0 or target.get("POSITION") is None:
                 continue

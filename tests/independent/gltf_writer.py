@@ -95,10 +95,11 @@ class Gltf:
         with open(path, "w", encoding="utf-8") as file:
             json.dump(root, file)
 
-    def save_glb(self, path, more=b""):
-        text = json.dumps(self.document()).encode()
-        text += b" " * (-len(text) % 4)
+    def save_glb(self, path, more=b"", pad=b" ", tail=b""):
+        """`more` chunks, `pad` to fill up the JSON with (more than one byte: so many at least), and what stands behind the file's end."""
+        text = json.dumps(self.document()).encode() + (pad if len(pad) > 1 else b"")
+        text += pad[:1] * (-len(text) % 4)
         body = bytes(self.data) + bytes(-len(self.data) % 4)
         chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(body), b"BIN\0") + body + more
         with open(path, "wb") as file:
-            file.write(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+            file.write(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks + tail)

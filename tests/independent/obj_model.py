@@ -14,6 +14,8 @@ STATEMENTS = frozenset(
     b"v vt vn vp cstype deg bmat step p l f curv curv2 surf parm trim hole scrv sp end con g s mg o bevel c_interp d_interp lod "
     b"usemtl mtllib shadow_obj trace_obj ctech stech maplib usemap call csh fo bsp bzp cdc cdp res".split())
 ELEMENTS = frozenset(b"p l curv curv2 surf".split())
+# A file of more would have more than a hundred gigabytes.
+MOST_VERTICES = 1 << 35
 
 
 def read(data):
@@ -55,20 +57,37 @@ def read(data):
 
 
 def statements(data):
-    """The lines of the file, without comments, white space at both ends, and with continued lines joined."""
+    """The lines of the file, without comments, white space at both ends, and with continued lines joined.
+
+    Lines are joined by a backslash at the end of a line; white space behind it is nothing that could be seen, and behind the last line
+    there is nothing to join. Comments "are not processed", so that a line of comment ends where it ends.
+    """
     # Several writers round a file up to a block with zeros: they stand behind the text and say nothing.
-    data = data.rstrip(b"\0")
+    # So does the sign that ended texts of DOS.
+    data = data.rstrip(b"\0\x1a \t\r\n")
     if b"\0" in data:
         raise Refused("a zero byte stands in the text")
     if data[:3] == b"\xef\xbb\xbf":
         data = data[3:]
-    if b"\\" in data:
-        data = re.sub(rb"\\(\r\n|\n|\r)", b" ", data)
     lines = [line.strip() for line in data.splitlines()]
+    if b"\\" in data:
+        lines = joined(lines)
     if b"#" in data:
         # A name may hold the sign, so that only a line of numbers ends there.
         lines = [without_comment(line) if b"#" in line else line for line in lines]
     return lines
+
+
+def joined(lines):
+    out, begun = [], None
+    for line in lines:
+        whole = line if begun is None else (begun + b" " + line).strip()
+        begun = None
+        if line[-1:] == b"\\" and whole[:1] != b"#":
+            begun = whole[:-1]
+        else:
+            out.append(whole)
+    return out if begun is None else out + [begun.strip()]
 
 
 def without_comment(line):
@@ -108,6 +127,8 @@ class State:
                     raise Refused("a face counts back to before the first vertex")
             elif index == 0:
                 raise Refused("a face uses vertex 0; the first is 1")
+            elif index > MOST_VERTICES:
+                raise Refused("a face uses vertex %.30s" % index)
             elif index > vertices:
                 # Vertices are to precede the elements that use them. Most loaders look them up at the end.
                 model.fault("a face uses a vertex that comes later")
@@ -127,12 +148,16 @@ def parse_vertices(lines, model):
         values = np.array([odd_number(number) for number in flat], dtype=np.float64).reshape(-1, 3)
     if any(b"_" in number for number in flat):
         raise Refused("a vertex is no number: it has an underscore")
+    # A number beyond f64 is one all the same, not an infinity that someone wrote.
+    for i in np.flatnonzero(np.isinf(values.reshape(-1))).tolist():
+        if b"i" not in flat[i].lower():
+            values.reshape(-1)[i] = np.copysign(np.finfo(np.float64).max, values.reshape(-1)[i])
     return values
 
 
 def odd_number(text):
-    """A number, or what a C library of Microsoft's prints where there is none: 1.#IND, -1.#INF, 1.#QNAN."""
-    if re.fullmatch(rb"[+-]?1\.#\w+", text):
+    """A number, or what C libraries of Microsoft's print where there is none: 1.#IND, -1.#INF, 1.#QNAN; later -nan(ind)."""
+    if re.fullmatch(rb"[+-]?(1\.#\w+|nan\(\w*\))", text, re.IGNORECASE):
         return float("nan")
     try:
         return float(text)

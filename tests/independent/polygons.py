@@ -7,7 +7,7 @@ without overlap exists, no triangle may lie the wrong way round.
 
 import numpy as np
 
-from arithmetic import half_ulp
+from arithmetic import F64_SLACK, half_ulp, rounded
 
 # Above this many corners the test for crossing edges, which is quadratic, is left out.
 MOST_TO_PROVE_SIMPLE = 400
@@ -35,22 +35,20 @@ def judge(comparison, part, batch, size, placement, shown, stored, place, where)
     at = place[first[:, None] + np.arange(size - 2)]
     there = at >= 0
     got = stored[np.maximum(at, 0)]
-    offset = np.zeros(3)
-    bound = half_ulp(exact)
+    slack = np.abs(exact) * F64_SLACK
     if shown.matrix is not None:
         # An OBJ model stands where it is: an instance of it can only give back an origin that was taken away.
-        offset = shown.matrix[:, 3]
-        bound = half_ulp(exact - offset) + half_ulp(offset)
-    exact = exact - offset
-    bound = bound + np.abs(exact) * 2.0**-44
+        exact = exact - shown.matrix[:, 3]
+    bound = half_ulp(exact) + slack
 
-    number, found = match(exact, bound, got, there)
+    standing = stored_corners(exact, bound, got, there)
+    number, found = match(standing, got)
     lost = there & ~found.all(axis=2)
     if lost.any():
         i = int(np.argmax(lost.any(axis=1)))
         comparison.differ("polygon's corner", where, lost.sum(), "a triangle of the polygon at triangle %d has a corner that the polygon has not" % first[i])
     whole = there.all(axis=1) & found.all(axis=(1, 2))
-    edges_wrong = whole & ~boundary_is_right(number, size, corner_names(exact, bound))
+    edges_wrong = whole & ~boundary_is_right(number, size, corner_names(standing))
     areas = np.where(there[:, :, None], np.cross(got[:, :, 1] - got[:, :, 0], got[:, :, 2] - got[:, :, 0]), 0.0)
     wanted = newell(exact)
     tolerance = 8 * area_error(exact, bound)
@@ -64,30 +62,41 @@ def judge(comparison, part, batch, size, placement, shown, stored, place, where)
             comparison.differ("polygon folded over", where, 1, "the polygon at triangle %d, its triangle %d" % (first[i], np.argmax(against[i])))
 
 
-def match(exact, bound, got, there):
+def stored_corners(exact, bound, got, there):
+    """f64[p, n, 3]: where the cache has each corner. That is the nearest of its numbers, or, where two are as near, the one that it took.
+
+    Corners that are less than a rounding apart may become one, or may not: only the stored numbers tell.
+    """
+    standing = rounded(exact).astype(np.float64)
+    _, known = match(standing, got)
+    for p, t, v in zip(*np.nonzero(there[:, :, None] & ~known)):
+        near = (np.abs(got[p, t, v] - exact[p]) <= bound[p]).all(axis=1)
+        standing[p, near] = got[p, t, v]
+    return standing
+
+
+def match(standing, got):
     """For each corner of each triangle the first corner of its polygon that it is: (int[p, t, 3], bool[p, t, 3])."""
     number = np.zeros(got.shape[:3], dtype=np.int64)
     found = np.zeros(got.shape[:3], dtype=bool)
-    for j in reversed(range(exact.shape[1])):
-        same = (np.abs(got - exact[:, None, None, j]) <= bound[:, None, None, j]).all(axis=3)
+    for j in reversed(range(standing.shape[1])):
+        same = (got == standing[:, None, None, j]).all(axis=3)
         number[same] = j
         found |= same
     return number, found
 
 
-def corner_names(exact, bound):
+def corner_names(standing):
     """int[p, n]: corners of a polygon that stand at one place get the number of the first of them."""
-    names = np.zeros(exact.shape[:2], dtype=np.int64)
-    for j in reversed(range(exact.shape[1])):
-        same = (np.abs(exact - exact[:, None, j]) <= bound[:, None, j]).all(axis=2)
-        names[same] = j
+    names = np.zeros(standing.shape[:2], dtype=np.int64)
+    for j in reversed(range(standing.shape[1])):
+        names[(standing == standing[:, None, j]).all(axis=2)] = j
     return names
 
 
 def boundary_is_right(number, size, names):
     """Do the directed edges of the triangles cancel out but for those of the polygon?"""
     count = len(number)
-    # Corners that stand at one place are one corner; rounding may make that so.
     net = np.zeros((count, size, size), dtype=np.int32)
     rows = np.arange(count)
     for t in range(number.shape[1]):

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """The second reader against answers worked out by hand from the specifications, and the comparison against faults that are planted."""
 
+import base64
+import json
 import os
 import sys
 import tempfile
@@ -18,6 +20,7 @@ from gltf_writer import TRIANGLE, Gltf  # noqa: E402
 from model import NO_NODE, Refused, Unsupported  # noqa: E402
 
 QUARTER = [0.0, 0.0, 0.7071067811865476, 0.7071067811865476]  # a quarter turn about z: x becomes y
+QUARTER_MATRIX = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
 
 
 def read(g, moment=None):
@@ -163,6 +166,61 @@ class GltfByHand(unittest.TestCase):
             self.assertRaises(Refused, read, broken(change))
 
 
+class Documents(unittest.TestCase):
+    """What may stand around the triangles of a glTF file: texts, padding, references."""
+
+    def read(self, change_text=lambda text: text, uri=None, **root):
+        g = Gltf(**root)
+        g.show(g.node(mesh=g.mesh(), name="NAME"))
+        with tempfile.TemporaryDirectory() as folder:
+            os.mkdir(os.path.join(folder, "m"))
+            path = os.path.join(folder, "m", "m.gltf")
+            for place in (folder, os.path.join(folder, "m")):
+                with open(os.path.join(place, "t.bin"), "wb") as file:
+                    file.write(bytes(g.data))
+            g.save(path, uri.replace("DATA", base64.b64encode(g.data).decode()) if uri else None)
+            with open(path, "rb") as file:
+                text = file.read()
+            with open(path, "wb") as file:
+                file.write(change_text(text))
+            model = gltf_scene.read(path)
+        self.assertEqual(list(world(model).values()), [[[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]])
+        return bool(model.faults)
+
+    def test_padding_and_other_encodings_place_nothing(self):
+        for behind, is_fault in ((b" \n\t\r", False), (b"\0\0", True), (b" \0 ", True), (b"\r\n\x1a", True)):
+            self.assertEqual(self.read(lambda text: text + behind), is_fault, behind)
+        self.assertRaises(Refused, self.read, lambda text: text + b"\0x")
+        for name, is_fault in ((b"caf\xe9", True), ("é".encode(), False), (b"\\ud800", True), (b"\\ud83d\\ude00", False)):
+            self.assertEqual(self.read(lambda text: text.replace(b"NAME", name)), is_fault, name)
+
+    def test_references(self):
+        for uri in ("t.bin", "./t.bin", "x/../t.bin", "x/y/.././../t.bin", "x/%2E%2e/t.bin", "t.bin?v=1#f", "x\\..\\t.bin", "data:;base64,DATA", "data:;base64,DATA#x="):
+            self.assertFalse(self.read(uri=uri), uri)
+        for uri in ("../t.bin", "x/../../t.bin", "x/../../m/t.bin", "%2e%2e/t.bin", "x\\..\\..\\t.bin", "/t.bin", "data:;base64,#DATA"):
+            self.assertRaises(Refused, self.read, uri=uri)
+
+    def test_what_is_null_or_empty_is_not_there_and_a_fault(self):
+        def put(**members):
+            return lambda text: text.replace(b'"name": "NAME"', json.dumps(members)[1:-1].encode())
+        for key in ("matrix", "translation", "children", "weights", "skin", "name", "extensions"):
+            self.assertTrue(self.read(put(**{key: None})), key)
+        for key in ("matrix", "translation", "children", "weights"):
+            self.assertTrue(self.read(put(**{key: []})), key)
+        for members in ({"name": 5}, {"camera": "x"}, {"camera": -1}, {"camera": 1.5}, {"extensions": 7}):
+            self.assertTrue(self.read(put(**members)), members)
+        self.assertRaises(Refused, self.read, put(children=7))
+        self.assertFalse(self.read(put(extras={"a": None, "b": []})))
+
+    def test_a_list_of_weights_that_is_empty_leaves_those_of_the_mesh(self):
+        for weights in ({"weights": []}, {"weights": None}):
+            g = Gltf()
+            mesh = g.mesh(g.primitive(targets=[{"POSITION": g.accessor([[0, 0, 8]] * 3)}]), weights=[0.5])
+            model = read(g.show(g.node(mesh=mesh, **weights)))
+            self.assertEqual(list(world(model).values()), [[[[0, 0, 4], [1, 0, 4], [0, 1, 4]]]])
+            self.assertEqual(len(model.faults), 1)
+
+
 class ObjByHand(unittest.TestCase):
     def triangles(self, text):
         model = obj_model.read(text)
@@ -182,8 +240,19 @@ class ObjByHand(unittest.TestCase):
     def test_numbers_are_doubles(self):
         self.assertEqual(self.triangles(b"v 4649776.75 1e-300 0.1\nv 1.#IND 0 0\nv 0 0 0\nf 1 3 3")[0][1][0], [4649776.75, 1e-300, 0.1])
 
+    def test_a_backslash_joins_lines_and_may_be_the_last_sign(self):
+        corner = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        for text in (b"f 1 2 3\\", b"f 1 2 3 \\ \t", b"f 1 2 3\\\n", b"f 1 2 3\\\0\0", b"f 1 2\\ \r\n3", b"\\\nf 1 2 3", b"# C:\\\nf 1 2 3", b"f 1 2 \\\n3 # 1 \\\n# 2"):
+            self.assertEqual(self.triangles(b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + text), [(0, corner)], text)
+        self.assertRaises(Refused, obj_model.read, b"v 0 0 0\nf 1 1 1\\\\\n")
+
+    def test_numbers_beyond_f64_are_numbers(self):
+        corners = self.triangles(b"v 1e400 -1e999 inf\nv -nan(ind) 0 0\nv 0 0 0\nf 1 2 3")[0][1]
+        self.assertEqual(corners[0], [sys.float_info.max, -sys.float_info.max, float("inf")])
+        self.assertTrue(np.isnan(corners[1][0]))
+
     def test_refusals(self):
-        for text in (b"f 0 1 2\nv 0 0 0", b"v 0 0 0\nf -2 1 1", b"v 0 0 0\nf 1 1 2", b"v 0 0\nf 1 1 1", b"V 0 0 0", b"<html>", b"v 0 0 0\0\nf 1 1 1", b"v 0 0 x\nf 1 1 1"):
+        for text in (b"v 0 0 0\nf 1 1 99999999999999999999", b"f 0 1 2\nv 0 0 0", b"v 0 0 0\nf -2 1 1", b"v 0 0 0\nf 1 1 2", b"v 0 0\nf 1 1 1", b"V 0 0 0", b"<html>", b"v 0 0 0\0\nf 1 1 1", b"v 0 0 x\nf 1 1 1"):
             self.assertRaises(Refused, obj_model.read, text)
 
 
@@ -202,6 +271,34 @@ class FakeCache:
 
     def shown(self):
         return self.places
+
+
+class Counts(unittest.TestCase):
+    def kinds(self, model, drop, **counts):
+        cache = FakeCache(model, False, drop=drop)
+        cache.read_counts.update({key + "_triangles": count for key, count in counts.items()})
+        for shown in cache.places:
+            shown.body.corners = shown.body.corners[np.isfinite(shown.body.corners).all(axis=(1, 2))]
+        return {d["kind"] for d in Comparison(model, cache).run().differences}
+
+    def test_a_number_beyond_f64_is_out_of_range_and_an_infinity_is_no_number(self):
+        for number, reason, other in ((b"1e400", "out_of_range", "non_finite"), (b"-inf", "non_finite", "out_of_range")):
+            model = obj_model.read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv %s 0 0\nf 1 2 3\nf 1 2 4\n" % number)
+            self.assertEqual(self.kinds(model, [1], **{reason: 1}), set())
+            self.assertEqual(self.kinds(model, [1], **{other: 1}), {"count"})
+
+    def test_the_cut_of_a_polygon_decides_how_many_triangles_have_its_corner_beyond_f32(self):
+        model = obj_model.read(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 1e39 0 0\nf 1 2 3\nf 1 2 3 4\n")
+        for counts, wanted in (({"out_of_range": 2}, set()), ({"out_of_range": 1, "degenerate": 1}, set()), ({"out_of_range": 3}, {"count"})):
+            self.assertEqual(self.kinds(model, [1, 2], **counts), wanted)
+
+    def test_one_pose_of_two_nodes_counts_once_or_twice(self):
+        def model(second):
+            g = Gltf()
+            mesh = g.mesh(g.primitive(TRIANGLE * 2, [0, 1, 2, 3, 3, 4], targets=[{"POSITION": g.accessor([[0, 0, 1]] * 6)}]), weights=[1])
+            return read(g.show(g.node(mesh=mesh), g.node(mesh=mesh, translation=[1, 2, 3], weights=[second])))
+        for second, told, wanted in ((1, 1, set()), (1, 2, set()), (1, 3, {"count"}), (0.5, 1, {"count"}), (0.5, 2, set())):
+            self.assertEqual(self.kinds(model(second), [1], degenerate=told), wanted, (second, told))
 
 
 class PlantedFaults(unittest.TestCase):
@@ -231,7 +328,7 @@ class PlantedFaults(unittest.TestCase):
 
         def matrix(shown):
             shown.matrix[1, 3] *= 1 + 2.0**-23
-        self.assertEqual(self.kinds(matrix, True), {"position"})
+        self.assertEqual(self.kinds(matrix, True), {"matrix"})
 
     def test_an_origin_elsewhere_agrees_and_a_wrong_one_does_not(self):
         for error, wanted in ((0.0, set()), (1e-5, {"position"})):
@@ -246,6 +343,56 @@ class PlantedFaults(unittest.TestCase):
             cache.read_counts["degenerate_triangles"] = 1
             move(cache.places[0])
             self.assertEqual({d["kind"] for d in Comparison(model, cache).run().differences}, wanted)
+
+    def test_two_units_in_the_last_place_are_found_beside_a_far_origin(self):
+        origin = np.float32([4649776.5, -500123.25, 102.5])
+        for corner in np.ndindex(2, 3, 3):
+            for units in (0, 2):
+                model = self.model()
+                model.placements[0].matrix[:3, 3] += origin
+                cache = FakeCache(model, True, drop=[2])
+                cache.read_counts["degenerate_triangles"] = 1
+                shown = cache.places[0]
+                local = shown.body.corners.astype(np.float64)
+                shown.body.corners = rounded(transform(model.placements[0].matrix, local) - origin)
+                shown.matrix = np.column_stack([np.eye(3), origin])
+                # The numbers of the model are of f64: of the corners beside the origin some units are below them.
+                shown.body.corners[corner] += np.float32(units * max(np.spacing(shown.body.corners[corner]), 2.0**-20))
+                self.assertEqual({d["kind"] for d in Comparison(model, cache).run().differences}, {"position"} if units else set())
+
+    def moved(self, change=lambda places: None, by=(1.0625e-3, -1.7e-4, 6.0001e-4), mesh_at=(80000.25, 2.5, -3.75)):
+        """A mesh of two places that stands moved in its own space, as rounding to f32 leaves it."""
+        g = Gltf()
+        rng = np.random.default_rng(7)
+        mesh = g.mesh(g.primitive(np.float32(rng.uniform(-1, 1, (12, 3)) + mesh_at)))
+        turns = [[0.1825741858, 0.3651483717, 0.5477225575, 0.7302967433], QUARTER]
+        model = read(g.show(*(g.node(mesh=mesh, rotation=turn, translation=[7.7, 0.1, -3.3]) for turn in turns)))
+        cache = FakeCache(model, True)
+        body = cache.places[0].body
+        right = model.placements[0].parts[0].positions[model.placements[0].parts[0].corners]
+        body.corners, body.node = rounded(right - by), NO_NODE
+        for shown, placement in zip(cache.places, model.placements):
+            shown.body = body
+            shown.matrix[:, 3] = rounded(placement.matrix[:3] @ np.append(by, 1))
+        change(cache.places)
+        return {d["kind"] for d in Comparison(model, cache).run().differences}
+
+    def test_a_shared_mesh_may_be_moved_in_its_own_space(self):
+        for by in ((1.0625e-3, -1.7e-4, 6.0001e-4), (0, 0, 0), (80000, 0, 0), (80000.123, 1 / 3, -4), (1e-5, 1e-6, -1e-5), (0.004, 0, 0)):
+            self.assertEqual(self.moved(by=by), set(), by)
+
+    def test_faults_of_a_moved_mesh_are_found(self):
+        def next_but_one(array, at):
+            # The model's numbers are of f64: beside the origin some units of f32 are below them.
+            array[at] = np.float32(array[at] + 2 * max(np.spacing(np.abs(np.float32(array[at]))), 2.0**-25))
+        for by in ((1.0625e-3, -1.7e-4, 6.0001e-4), (0, 0, 0), (80000.123, 1 / 3, -4)):
+            for corner in np.ndindex(4, 3, 3):
+                self.assertTrue(self.moved(lambda places: next_but_one(places[0].body.corners, corner), by=by), (by, corner))
+            for entry in np.ndindex(3, 3):
+                # Beside a zero f32 is finer than the f64 of a turn.
+                if QUARTER_MATRIX[entry]:
+                    self.assertEqual(self.moved(lambda places: next_but_one(places[1].matrix, entry), by=by), {"matrix"}, (by, entry))
+            self.assertIn("matrix", self.moved(lambda places: places[0].matrix.__iadd__(np.eye(3, 4, 3) * 1e-3), by=by))
 
     def test_corners_in_another_order_are_found(self):
         for order, kind in (([1, 2, 0], "corners turned"), ([1, 0, 2], "corners the other way round")):
@@ -300,6 +447,36 @@ class Polygons(unittest.TestCase):
         self.assertIn("polygon's edges", self.kinds((1, 3, 2), (1, 4, 3)))
         self.assertIn("polygon's corner", self.kinds((1, 2, 3), (1, 3, 5)))
         self.assertEqual(self.kinds((1, 2, 3), drop=1), {"polygon's area"})
+
+
+    def test_corners_that_rounding_may_join_are_told_apart_by_what_is_stored(self):
+        # The second and third corner are a tenth of a unit of f32 apart, and stand on either side of where rounding parts them.
+        text = b"v 0 0 0\nv 16777216.95 0 0\nv 16777217.05 0 0\nv 16777217.05 9 0\nv 0 9 0\nf 1 2 3 4 5\n"
+        model = obj_model.read(text)
+        positions = model.placements[0].parts[0].positions
+        for triangles, wanted in ((((1, 2, 3), (1, 3, 4), (1, 4, 5)), set()), (((1, 2, 4), (2, 3, 4), (1, 4, 5)), set()),
+                                  (((1, 2, 4), (2, 4, 3), (1, 4, 5)), {"polygon's edges"}), (((1, 2, 4), (1, 3, 4), (1, 4, 5)), {"polygon's edges"})):
+            cache = FakeCache(model, False)
+            body = cache.places[0].body
+            body.corners, body.prims = rounded(positions[np.array(triangles) - 1]), np.arange(3)
+            kept = ~without_area(body.corners)
+            if wanted:
+                kept[:] = True
+            body.corners, body.prims = body.corners[kept], body.prims[kept]
+            cache.read_counts["degenerate_triangles"] = int((~kept).sum())
+            self.assertEqual({d["kind"] for d in Comparison(model, cache).run().differences}, wanted, triangles)
+
+    def test_one_unit_in_the_last_place_is_found_about_an_origin(self):
+        model = obj_model.read(self.TEXT.replace(b"v ", b"v 4649776.").replace(b" 1 1 0", b" 1 1 0"))
+        origin = np.array([4649776.0, 1.0, 0.0])
+        positions = model.placements[0].parts[0].positions
+        for moved, wanted in ((0.0, set()), (2.0**-22, {"polygon's corner"})):
+            cache = FakeCache(model, True)
+            shown = cache.places[0]
+            shown.body.corners = rounded(positions[np.array([(1, 2, 3), (1, 3, 4)]) - 1] - origin)
+            shown.matrix = np.column_stack([np.eye(3), origin])
+            shown.body.corners[1, 2, 1] += np.float32(moved)
+            self.assertEqual({d["kind"] for d in Comparison(model, cache).run().differences}, wanted)
 
 
 class Names(unittest.TestCase):
