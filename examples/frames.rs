@@ -53,7 +53,7 @@ fn play(path: &str, tell: bool) -> Result<String, Box<dyn std::error::Error>> {
         times.push(took);
         let hit = closest_hit(&frame.view(), &ray)?;
         let seen = hit.map_or("nothing".to_string(), |hit| {
-            let part = sequence.names().get(frame.parts()[hit.geom as usize] as usize).unwrap_or_default();
+            let part = sequence.name_of(&frame, &hit);
             format!("triangle {} of '{}' at {}", hit.prim, part.escape_debug(), hit.t)
         });
         let triangles = frame.view().triangles.len();

@@ -154,7 +154,7 @@ impl Build {
     /// numbered from 0; in a model that was read, behind its nodes.
     ///
     /// # Errors
-    /// Where there is no such mesh, or the transform is not finite or has no inverse.
+    /// Where there is no such mesh, the transform is not finite or has no inverse, or no number is left behind those of the model's nodes.
     pub fn add_instance(&mut self, mesh: u32, object_to_world: Affine) -> Result<u32, GeometryError> {
         let (instance, meshes) = (self.scene.instances.len(), self.scene.meshes.len());
         if mesh as usize >= meshes {
@@ -164,7 +164,10 @@ impl Build {
         let name = self.scene.meshes[mesh as usize].name.clone();
         let nodes = || self.scene.instances.iter().map(|i| i.node).filter(|node| *node != Instance::NO_NODE);
         let node = self.next_node.unwrap_or_else(|| nodes().max().map_or(0, |last| last + 1));
-        self.next_node = Some(node.saturating_add(1));
+        if node == Instance::NO_NODE {
+            return Err(GeometryError::NoNode { largest: node - 1 });
+        }
+        self.next_node = Some(node + 1);
         self.scene.instances.push(Instance { mesh, transform: object_to_world, node, name });
         self.changed = true;
         self.unplaced.remove(&mesh);
@@ -258,7 +261,7 @@ impl Build {
         let laid = lay_out(scene, &options, &exec)?;
         if (is_model || had_triangles) && laid.meshes.is_empty() {
             let read = report.degenerate_triangles + report.non_finite_triangles + report.out_of_range_triangles;
-            return Err(BuildError::NothingLeft { dropped: read + laid.placing.collapsed });
+            return Err(BuildError::NothingLeft { read, placed: laid.placing.collapsed });
         }
         let placing = laid.placing.clone();
         let mut accel = compile_sound(laid, &options, &exec, progress)?;
@@ -297,7 +300,7 @@ fn number_vertices(scene: &mut Scene, of_model: usize, wanted: bool) -> Result<(
             false => mesh.vertices = Vec::new(),
             true if !mesh.vertices.is_empty() || mesh.triangles.is_empty() => {}
             true if number >= of_model => mesh.vertices.clone_from(&mesh.triangles),
-            true => return Err(BuildError::NoVertices),
+            true => return Err(BuildError::NoVertices { mesh: number }),
         }
     }
     Ok(())

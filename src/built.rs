@@ -109,8 +109,8 @@ impl Built {
         self.view().node(hit, |id| self.record(id))
     }
 
-    /// The normal of the triangle that a ray hit, in world space and not of length 1, as [`Opened::normal`](crate::Opened::normal) has it. `None` for a hit
-    /// in other trees.
+    /// The normal of the triangle that a ray hit, in world space and not of length 1, as [`Opened::normal`](crate::Opened::normal) has it. `None` where
+    /// the record that the hit names is no triangle of its part and number.
     pub fn normal(&self, hit: &Hit) -> Option<[f64; 3]> {
         self.view().normal(hit, self.is_mirrored(hit.geom), |id| self.record(id))
     }

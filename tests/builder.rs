@@ -291,7 +291,7 @@ fn what_is_lost_on_the_way_is_told() {
     let model = folder.path().join("a.obj");
     std::fs::write(&model, "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let nothing = Build::of_model(&model).unwrap().run();
-    assert!(matches!(nothing, Err(BuildError::NothingLeft { dropped: 1 })), "{nothing:?}");
+    assert!(matches!(nothing, Err(BuildError::NothingLeft { read: 1, placed: 0 })), "{nothing:?}");
     std::fs::write(&model, "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\nf 1 3 4\n").unwrap();
     let built = Build::of_model(&model).unwrap().run().unwrap();
     assert_eq!((built.read_report().non_finite_triangles, built.placing().collapsed), (1, 0));
@@ -377,7 +377,7 @@ fn nothing_that_was_given_vanishes_in_silence() {
     build.add_instance(number, Affine::translation([1e30, 0.0, 0.0])).unwrap();
     let options = BuildOptions { levels: Levels::One, ..BuildOptions::preset(Preset::Draft) };
     let gone = build.options(options).run().unwrap_err();
-    assert!(matches!(gone, BuildError::NothingLeft { dropped: 1 }), "{gone:?}");
+    assert!(matches!(gone, BuildError::NothingLeft { read: 0, placed: 1 }), "{gone:?}");
 }
 
 #[test]

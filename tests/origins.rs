@@ -136,7 +136,7 @@ fn arrays_have_the_numbers_of_their_own_vertices_and_a_model_those_it_was_read_w
     assert_eq!(cache.vertices().len(), 2);
     assert!(opened(build()).vertices().is_empty());
     let read_without = Build::of_scene(scene_of(&ground().0, false)).unwrap().vertices(true).run();
-    assert!(matches!(read_without, Err(BuildError::NoVertices)), "{read_without:?}");
+    assert!(matches!(read_without, Err(BuildError::NoVertices { mesh: 0 })), "{read_without:?}");
 }
 
 /// A triangle in the plane z = 0 whose front is at z > 0, in six places.

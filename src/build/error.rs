@@ -11,16 +11,23 @@ pub enum BuildError {
     /// The geometry breaks what every build relies on. No scene that the readers made does.
     #[error("cannot build: the geometry is not sound")]
     Geometry(#[from] GeometryError),
-    /// The numbers of vertices were asked for, and the model was read without them.
+    /// The numbers of vertices were asked for, or other meshes have them, and a mesh has none.
     #[error(
-        "cannot build with vertices: the model was read without their numbers, which ReadOptions::vertices asks for"
+        "cannot build with vertices: mesh {mesh} has no numbers of its vertices; a model has them if it is read with ReadOptions::vertices"
     )]
-    NoVertices,
-    /// A model was read, and no triangle of it is left to build over.
-    #[error("cannot build: no triangle of the model is left; {dropped} were left out when it was read")]
+    NoVertices {
+        /// The first mesh with triangles and without numbers.
+        mesh: usize,
+    },
+    /// There were triangles, and none is left to build over.
+    #[error(
+        "cannot build: no triangle is left; reading left out {read}, and {placed} lost their area where instances put them"
+    )]
     NothingLeft {
-        /// Triangles that the model has and that reading left out.
-        dropped: u64,
+        /// Triangles that reading left out.
+        read: u64,
+        /// Triangles that lost their area where instances put them.
+        placed: u64,
     },
     /// A mesh was added, and no instance shows it: no ray would meet it.
     #[error("cannot build: mesh {mesh} ('{name}') was added, and no instance places it")]

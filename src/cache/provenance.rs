@@ -34,6 +34,7 @@ pub fn provenance(recipe: Recipe, inputs: &[InputFile], report: &ReadReport) -> 
         ("absent_materials", report.absent_materials),
         ("hidden_nodes", report.hidden_nodes),
         ("ignored_weights", report.ignored_weights),
+        ("twice_placed_nodes", report.twice_placed_nodes),
     ];
     let read_counts = always.into_iter().chain(seldom.into_iter().filter(|(_, count)| *count > 0));
     Meta {

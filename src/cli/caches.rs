@@ -199,7 +199,9 @@ pub fn build_failure(error: &BuildError) -> Failure {
         BuildError::UnknownName { nearest: Some(name), .. } => failure.help(format!("did you mean {name}?")),
         BuildError::UnknownName { .. } => failure.help("take one of those"),
         BuildError::OutOfRange { .. } => failure.help("scale the scene down"),
-        BuildError::Collapsed { .. } => failure.help("leave them out with --degenerate drop"),
+        BuildError::Collapsed { .. } => {
+            failure.help("keep them as they are with --levels auto, or leave them out with --degenerate drop")
+        }
         BuildError::Threads(_) => failure.help("ask for fewer with --jobs"),
         _ => failure,
     }

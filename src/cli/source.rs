@@ -29,6 +29,8 @@ pub struct Stated<'a> {
     pub meta: Option<&'a Meta>,
     /// Whether it has a tree over instances.
     pub two_levels: bool,
+    /// Whether it has numbers of vertices that are to be compared, whatever META says of them.
+    pub has_vertices: bool,
 }
 
 impl SourceReading {
@@ -62,7 +64,8 @@ impl SourceReading {
             let mut ignore_extensions = read.ignore_extensions.clone();
             ignore_extensions.extend_from_slice(&self.model.ignore_extensions);
             let allow_outside = self.model.allow_outside;
-            return Ok(vec![(ReadOptions { ignore_extensions, allow_outside, max_memory, ..read }, build)]);
+            let vertices = read.vertices || stated.has_vertices;
+            return Ok(vec![(ReadOptions { ignore_extensions, allow_outside, max_memory, vertices, ..read }, build)]);
         }
         if self.model.first_given().is_none() && self.levels.is_none() {
             context.terminal.note(&format!(
@@ -77,7 +80,8 @@ impl SourceReading {
             None if stated.two_levels => vec![Levels::Auto, Levels::Two],
             None => vec![Levels::One],
         };
-        let read = |degenerate| ReadOptions { degenerate, max_memory, ..self.model.resolve() };
+        let vertices = stated.has_vertices;
+        let read = |degenerate| ReadOptions { degenerate, max_memory, vertices, ..self.model.resolve() };
         let way = |levels, policy| (read(policy), BuildOptions { levels, ..BuildOptions::default() });
         Ok(layouts.iter().flat_map(|levels| policies.iter().map(move |policy| way(*levels, *policy))).collect())
     }

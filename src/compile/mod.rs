@@ -143,10 +143,11 @@ pub fn lay_out(mut scene: Scene, options: &BuildOptions, exec: &Executor) -> Res
     scene.validate(exec)?;
     scene.meshes.iter_mut().filter(|mesh| !mesh.triangles.is_empty()).for_each(cover_with_parts);
     told_apart::number(&mut scene);
-    let numbered = |mesh: &Mesh| !mesh.vertices.is_empty();
-    let mut with_triangles = scene.meshes.iter().filter(|mesh| !mesh.triangles.is_empty());
-    if scene.meshes.iter().any(numbered) && !with_triangles.all(numbered) {
-        return Err(BuildError::NoVertices);
+    let without_numbers = |mesh: &Mesh| mesh.vertices.is_empty() && !mesh.triangles.is_empty();
+    if scene.meshes.iter().any(|mesh| !mesh.vertices.is_empty())
+        && let Some(mesh) = scene.meshes.iter().position(without_numbers)
+    {
+        return Err(BuildError::NoVertices { mesh });
     }
     let plan = Plan::of(&scene, options.levels);
     let policy = scene.degenerate;

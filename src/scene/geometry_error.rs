@@ -147,6 +147,11 @@ pub enum GeometryError {
         /// How many meshes the scene has.
         meshes: usize,
     },
+    /// A scene has the largest number that a node may have, and an instance needs one behind it.
+    NoNode {
+        /// The largest number of a node in the scene.
+        largest: u32,
+    },
     /// An instance's transform is not finite, or has no inverse that takes a ray into the mesh: none at all, none that `f64` can tell, or none in the range of
     /// `f32`.
     Transform {
@@ -219,7 +224,10 @@ impl fmt::Display for GeometryError {
                 "part {part} of mesh {mesh} was baked at node {node}, and an instance of the mesh stands at node {placed}; they must be one"
             ),
             GeometryError::MeshOutOfRange { instance, mesh, meshes } => {
-                write!(f, "instance {instance} names mesh {mesh}, but the scene has {meshes} meshes")
+                write!(f, "instance {instance} names mesh {mesh}, but the number of meshes is {meshes}")
+            }
+            GeometryError::NoNode { largest } => {
+                write!(f, "an instance needs a node number behind {largest}, which is the largest that there is")
             }
             GeometryError::Transform { instance, determinant, largest } => write!(
                 f,

@@ -217,6 +217,8 @@ pub struct ReadReport {
     pub unapplied_morph_weights: u64,
     /// glTF primitives with a material that is not there: their parts have none.
     pub absent_materials: u64,
+    /// glTF nodes with a matrix and with translation, rotation or scale beside it, of which a file may have either: the matrix places them.
+    pub twice_placed_nodes: u64,
     /// glTF nodes with a mesh that `KHR_node_visibility` hides.
     pub hidden_nodes: u64,
     /// glTF extensions that may place triangles and are not heeded: those that the caller ignores though the file requires them, and those
@@ -258,6 +260,7 @@ impl ReadReport {
             (&mut self.unweighted_vertices, frame.unweighted_vertices),
             (&mut self.unapplied_morph_weights, frame.unapplied_morph_weights),
             (&mut self.absent_materials, frame.absent_materials),
+            (&mut self.twice_placed_nodes, frame.twice_placed_nodes),
             (&mut self.hidden_nodes, frame.hidden_nodes),
         ];
         for (most, count) in counts {

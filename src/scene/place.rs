@@ -1,10 +1,12 @@
 //! Instances that a file cannot place as they are: transforms without inverse, and places beyond `f32`.
 
 use super::bounds::Bounds;
+use super::collinear::is_collinear;
 use super::pose::Rounded;
 use super::source::Source;
-use super::{Mesh, Part, Scene, SceneError};
+use super::{Degenerate, Mesh, Part, Scene, SceneError};
 use crate::exec::Executor;
+use crate::geom::vector::{cross, dot, sub};
 use crate::geom::{Aabb, Affine};
 
 /// What becomes of an instance.
@@ -73,20 +75,44 @@ fn flattened(mesh: &Mesh, transform: &Affine, node: u32, source: &mut Source) ->
         "a mesh that is scaled to nothing along an axis",
     )?;
     let transform_mirrors = transform.mirrors();
-    let world = (0..mesh.positions.len()).map(|v| transform.transform_point(mesh.exact_position(v))).collect();
+    let world: Vec<[f64; 3]> =
+        (0..mesh.positions.len()).map(|v| transform.transform_point(mesh.exact_position(v))).collect();
+    let mut triangles = mesh.triangles.clone();
+    if source.options.degenerate != Degenerate::Keep {
+        let lost = |t: &[u32; 3]| is_lost(mesh, t, transform, &world);
+        // A triangle of one corner has no area however its corner is rounded.
+        triangles.iter_mut().filter(|t| lost(t)).for_each(|t| *t = [t[0]; 3]);
+    }
     let Rounded { positions, remainders, transform } = Rounded::new(world);
     let parts = mesh
         .parts
         .iter()
         .map(|part| Part { baked_node: Some(node), mirrored: transform_mirrors, ..part.clone() })
         .collect();
-    Ok((Mesh { positions, remainders, parts, ..mesh_without_points(mesh) }, transform))
+    Ok((Mesh { positions, remainders, triangles, parts, ..mesh_without_points(mesh) }, transform))
+}
+
+/// Whether a triangle has an area in its mesh, and none where a transform without inverse puts it. What the rounding of `f64` leaves of one there, as behind
+/// a rotation, is none: in `f32` it would be a needle of noise.
+fn is_lost(mesh: &Mesh, triangle: &[u32; 3], transform: &Affine, world: &[[f64; 3]]) -> bool {
+    /// Far more than the roundings of a chain of some nodes, far less than those of `f32`.
+    const NOISE: f64 = 1.0 / (1u64 << 44) as f64;
+    let local = triangle.map(|v| mesh.positions[v as usize]);
+    let [a, b, c] = triangle.map(|v| world[v as usize]);
+    let (u, v) = (sub(b, a), sub(c, a));
+    let normal = cross(u, v);
+    let length = |v: [f64; 3]| dot(v, v).sqrt();
+    let reach = local.iter().flatten().fold(0.0, |most: f64, c| most.max(f64::from(*c).abs()));
+    let largest = |of: &dyn Fn(&[f64; 4]) -> f64| transform.rows.iter().map(of).fold(0.0, f64::max);
+    let moved = largest(&|row| row[..3].iter().fold(0.0, |sum, m| sum + m.abs()) * reach + row[3].abs());
+    length(normal) <= NOISE * moved * (length(u) + length(v))
+        && local.iter().flatten().all(|c| c.is_finite())
+        && !is_collinear(local)
 }
 
 fn mesh_without_points(mesh: &Mesh) -> Mesh {
     Mesh {
         name: mesh.name.clone(),
-        triangles: mesh.triangles.clone(),
         source_prims: mesh.source_prims.clone(),
         vertices: mesh.vertices.clone(),
         ..Mesh::default()

@@ -181,9 +181,9 @@ fn spacing(coordinate: f64) -> f64 {
     f64::from(at.next_up()) - f64::from(at)
 }
 
-/// How far apart 32-bit floats are where a model lies, if its positions are such floats although its triangles are not much larger:
-/// then it was rounded before it was written, and no reader gets its shape back. At least a share of `least` of its coordinates must be where
-/// floats are so far apart.
+/// How far apart positions can be where a model lies, if they are 32-bit floats although its triangles are not much larger than these are
+/// apart: then it was rounded before it was written, and no reader gets its shape back. At least a share of `least` of its coordinates must be where
+/// floats are so far apart. Decimals of few digits may be such floats by chance, and then lie further apart than these.
 pub(crate) fn rounded_before(
     triangles: &[[u32; 3]],
     exact: impl Fn(u32) -> [f64; 3],
@@ -194,18 +194,33 @@ pub(crate) fn rounded_before(
     if edge <= 0.0 {
         return None;
     }
-    let (mut all, mut coarse, mut on_grid, mut widest) = (0u64, 0u64, 0u64, 0.0f64);
+    let (mut all, mut on_grid, mut widest, mut coarse) = (0u64, 0, 0.0f64, Vec::new());
     for coordinate in spread(triangles, Loss::SAMPLE).flat_map(|t| t.map(&exact)).flatten() {
         all += 1;
         let apart = spacing(coordinate);
         if apart.is_finite() && apart > 0.25 * edge {
-            coarse += 1;
+            coarse.push(coordinate);
             // Decimals of a few digits miss the float that they were printed from.
-            on_grid += u64::from((coordinate - f64::from(coordinate as f32)).abs() <= apart / 64.0);
+            on_grid += usize::from((coordinate - f64::from(coordinate as f32)).abs() <= apart / 64.0);
             widest = widest.max(apart);
         }
     }
-    (coarse > 0 && coarse as f64 >= least * all as f64 && on_grid >= coarse - coarse / 64).then_some(widest)
+    let count = coarse.len();
+    let is_rounded = count > 0 && count as f64 >= least * all as f64 && on_grid >= count - count / 64;
+    is_rounded.then(|| widest.max(decimal_step(&coarse)))
+}
+
+/// The largest power of ten of which all these numbers are multiples, as far as 64 bits tell; 0 where there is none.
+fn decimal_step(numbers: &[f64]) -> f64 {
+    let steps = (-9..=18).rev().map(|exponent: i32| match exponent {
+        0.. => 10u64.pow(exponent.unsigned_abs()) as f64,
+        _ => 1.0 / 10u64.pow(exponent.unsigned_abs()) as f64,
+    });
+    let is_multiple = |number: f64, step: f64| {
+        let times = number / step;
+        (times - times.round()).abs() <= 1e-15 * times.abs()
+    };
+    steps.into_iter().find(|step| numbers.iter().all(|number| is_multiple(*number, *step))).unwrap_or(0.0)
 }
 
 /// Coordinates of a file with 32-bit positions are floats wherever they are, so that a few far ones prove nothing.

@@ -1,5 +1,6 @@
 //! Files without META: how their model was read is not known, so nothing is held against it that another way of reading explains.
 
+use crate::common::vectors;
 use crate::{Place, animations, strip};
 use serde_json::{Value, json};
 
@@ -29,6 +30,53 @@ fn triangles_without_area_may_be_there_or_not() {
         place.write("b.obj", FLAT.replace("v 0 1 0", "v 0 1.5 0"));
         assert_eq!(place.run("check a.bvhc --source b.obj").code, 1);
     }
+}
+
+/// The file itself says that it has numbers of vertices.
+#[test]
+fn vertices_are_compared_though_no_meta_speaks_of_them() {
+    use bvhc::cache::SectionKind;
+    let place = Place::new();
+    place.write("a.obj", strip(4));
+    without_meta(&place, "a.obj", "--vertices");
+    place.ok("check a.bvhc --source a.obj");
+    let mut bytes = place.read("a.bvhc");
+    for number in vectors::bytes::stored(&mut bytes, SectionKind::VERT).chunks_exact_mut(4) {
+        let moved = u32::from_le_bytes(number.try_into().unwrap()) + 100;
+        number.copy_from_slice(&moved.to_le_bytes());
+    }
+    place.write("a.bvhc", vectors::bytes::refix(bytes));
+    place.ok("check a.bvhc");
+    let said = place.run("check a.bvhc --source a.obj");
+    assert!(said.code == 1 && said.out.contains("E0607"), "{}", said.out);
+}
+
+/// Which element of a node an instance is follows from how many were left out.
+#[test]
+fn counts_of_instances_that_were_left_out_are_those_of_the_model() {
+    use bvhc::cache::{Head, OpenOptions, SectionKind};
+    let place = Place::new();
+    let (json, bin) = crate::gltf("tile");
+    let mut document: Value = serde_json::from_str(&json).unwrap();
+    document["nodes"] =
+        json!([{ "mesh": 0, "scale": [0, 0, 0] }, { "mesh": 0 }, { "mesh": 0, "translation": [3, 0, 0] }]);
+    document["scenes"] = json!([{ "nodes": [0, 1, 2] }]);
+    place.write("tile.gltf", document.to_string());
+    place.write("tile.bin", bin);
+    place.ok("build tile.gltf -o a.bvhc");
+    place.ok("check a.bvhc --source tile.gltf");
+    let mut bytes = place.read("a.bvhc");
+    let meta = vectors::bytes::stored(&mut bytes, SectionKind::META);
+    let name = b"singular_instances";
+    let at = meta.windows(name.len()).position(|w| w == name).unwrap() + name.len();
+    assert_eq!(meta[at], 1);
+    meta[at] = 0;
+    place.write("a.bvhc", vectors::bytes::refix(bytes));
+    let head = Head::read(&place.path("a.bvhc"), &OpenOptions::default()).unwrap();
+    assert!(head.meta.unwrap().read_counts.contains(&("singular_instances".into(), 0)));
+    place.ok("check a.bvhc");
+    let said = place.run("check a.bvhc --source tile.gltf");
+    assert!(said.code == 1 && said.out.contains("E0606"), "{}", said.out);
 }
 
 /// A triangle that `Rise` lifts, twice in scene 1 and once in scene 0.

@@ -268,7 +268,21 @@ def reasons(placement, part, rows):
         unsure = np.flatnonzero(finite & ~flat)
         if len(unsure):
             flat[unsure] = without_area(corners[unsure])
-    return finite, flat
+    return finite, flat | finite & lost_in_place(placement.matrix, local, world)
+
+
+def lost_in_place(matrix, local, world):
+    """bool[k]: does a transform without inverse leave no area but the rounding of f64? SPEC 10.5."""
+    linear = matrix[:3, :3]
+    with np.errstate(invalid="ignore", over="ignore"):
+        columns = np.sqrt((linear * linear).sum(axis=0))
+        # A matrix whose columns lie in a plane, up to what composing it rounds.
+        if not abs(np.linalg.det(linear)) <= 2.0 ** -40 * np.prod(np.where(columns > 0, columns, 1)):
+            return np.zeros(len(local), dtype=bool)
+        u, v = world[:, 1] - world[:, 0], world[:, 2] - world[:, 0]
+        area, edges = (np.sqrt((x * x).sum(axis=1)) for x in (np.cross(u, v), np.concatenate([u, v], axis=1)))
+        reach = transform(np.abs(matrix), np.abs(local)).max(axis=(1, 2))
+        return area <= 2.0 ** -43 * reach * edges
 
 
 def left_out(placement, part):

@@ -53,7 +53,7 @@ fn damaged_origins_break_the_rule_of_their_section_alone() {
     let sound = vectors_bytes::file(&scenes::one_level(mesh.clone(), tree));
     let (meshes, inputs) = ([mesh], scenes::inputs());
     let found = |file: &[u8]| {
-        let source = Source { meshes: &meshes, instances: None, inputs: &inputs };
+        let source = Source { meshes: &meshes, instances: None, inputs: &inputs, report: None };
         let report = check_bytes(file, Level::Source, Some(&source), &Limits::default(), &Executor::current());
         report.counts().map(|(rule, _)| rule.id).collect::<Vec<&str>>()
     };
@@ -175,7 +175,7 @@ fn findings_are_capped_but_all_are_counted() {
 fn a_source_is_compared_with_what_could_be_read_alone() {
     let accel = scenes::two_level_accel();
     let inputs = scenes::inputs();
-    let source = Source { meshes: &accel.meshes, instances: Some(&accel.instances), inputs: &inputs };
+    let source = Source { meshes: &accel.meshes, instances: Some(&accel.instances), inputs: &inputs, report: None };
     let told = |bytes: &[u8]| {
         let limits = Limits { max_issues: 1, ..Limits::default() };
         let report = check_bytes(bytes, Level::Source, Some(&source), &limits, &Executor::current());
@@ -223,7 +223,7 @@ fn a_frame_that_outgrows_the_limit_is_refused() {
 fn a_sequence_says_that_it_is_not_compared_with_a_model() {
     let bytes = sequences::refitted().file();
     let (meshes, inputs) = ([sequences::grid(2)], scenes::inputs());
-    let source = Source { meshes: &meshes, instances: None, inputs: &inputs };
+    let source = Source { meshes: &meshes, instances: None, inputs: &inputs, report: None };
     let told = |level: Level| {
         let report = check_bytes(&bytes, level, Some(&source), &Limits::default(), &Executor::current());
         assert!(report.is_clean(), "{}", lines(&report));

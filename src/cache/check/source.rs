@@ -6,7 +6,7 @@ use super::{Place, Report};
 use crate::cache::{GeomRecord, Meta, NO_NODE, SectionKind, View, clip_name, rules, side_flags};
 use crate::exec::Executor;
 use crate::geom::Point;
-use crate::scene::{InputFile, Instance, Mesh, Part};
+use crate::scene::{InputFile, Instance, Mesh, Part, ReadReport};
 
 /// The geometry that a file should hold: the model read again and laid out as it is built (`compile::lay_out`).
 #[derive(Clone, Copy, Debug)]
@@ -17,13 +17,18 @@ pub struct Source<'a> {
     pub instances: Option<&'a [Instance]>,
     /// Files that the model was read from.
     pub inputs: &'a [InputFile],
+    /// What reading left out, where the model was read from files.
+    pub report: Option<&'a ReadReport>,
 }
 
 /// Every triangle of the source is in the file with its very corners, and no other is.
 pub fn check(content: &Content<'_>, source: &Source<'_>, max_issues: usize, out: &mut Report, exec: &Executor) {
     let view = &content.view;
     match content.meta {
-        Some(meta) => check_inputs(meta, source.inputs, out),
+        Some(meta) => {
+            check_inputs(meta, source.inputs, out);
+            source.report.into_iter().for_each(|report| check_left_out(meta, report, out));
+        }
         None => out
             .skip("Whether the input files are those that the file was built from: META is missing or cannot be read."),
     }
@@ -62,6 +67,21 @@ fn check_inputs(meta: &Meta, inputs: &[InputFile], out: &mut Report) {
             out.add(&rules::E0606, at, || {
                 let expected = format!("input {i} has {} bytes and hash {}", found.len, hex(&found.blake3));
                 (expected, format!("META states {} bytes and hash {}", stated.len, hex(&stated.blake3)))
+            });
+        }
+    }
+}
+
+/// The two counts of META that a reader needs, to find the element of an instance (section 10.5 of the specification). Others inform people, and tools of
+/// other versions count other things.
+fn check_left_out(meta: &Meta, report: &ReadReport, out: &mut Report) {
+    let counted =
+        [("singular_instances", report.singular_instances), ("out_of_range_instances", report.out_of_range_instances)];
+    for (name, expected) in counted {
+        let stated = meta.read_counts.iter().find(|(stated, _)| stated == name).map_or(0, |(_, count)| *count);
+        if stated != expected {
+            out.add(&rules::E0606, Place::section(SectionKind::META), || {
+                (format!("reading the source leaves out {expected} as {name}"), format!("META states {stated}"))
             });
         }
     }

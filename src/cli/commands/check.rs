@@ -1,7 +1,7 @@
 //! `bvhc check`: the verdict on a file, with every finding.
 
 use crate::cache::check::{Finding, Level, Limits, Report, Source, check_bytes};
-use crate::cache::{FileBytes, Head, rules, tree_flags};
+use crate::cache::{FileBytes, Head, SectionKind, rules, tree_flags};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -140,13 +140,20 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
 
     let head = Head::read(path, &caches::options(context)).ok();
     let two_levels = head.as_ref().is_some_and(|head| head.header.has(tree_flags::TWO_LEVEL));
-    let stated = Stated { meta: head.as_ref().and_then(|head| head.meta.as_ref()), two_levels };
+    let is_vert = |head: &Head| head.sections.iter().any(|section| section.kind == SectionKind::VERT);
+    let has_vertices = head.as_ref().is_some_and(is_vert);
+    let stated = Stated { meta: head.as_ref().and_then(|head| head.meta.as_ref()), two_levels, has_vertices };
     let mut first = None;
     for (read, build) in args.reading.ways(path, stated, context)? {
         let scene = source::read(model, &read, &build, context)?;
-        let (inputs, in_f64) = (scene.inputs.clone(), scene.clone());
+        let (inputs, left_out, in_f64) = (scene.inputs.clone(), scene.report.clone(), scene.clone());
         let laid = compile::lay_out(scene, &build, &context.exec).map_err(|e| caches::build_failure(&e))?;
-        let source = Source { meshes: &laid.meshes, instances: laid.instances.as_deref(), inputs: &inputs };
+        let source = Source {
+            meshes: &laid.meshes,
+            instances: laid.instances.as_deref(),
+            inputs: &inputs,
+            report: Some(&left_out),
+        };
         let report = check_bytes(bytes.as_slice(), level, Some(&source), &limits, &context.exec);
         if report.is_valid() {
             warn_of_rounding(path, &in_f64, context)?;

@@ -196,7 +196,15 @@ impl Document {
         document.material_names = head.material_names;
         source.charge(head.animations.iter().map(|a| a.get().len() as u64).sum(), "its JSON")?;
         document.animations = head.animations;
-        document.ignored_extensions = extensions::admit(&document.extensions_required, head.extensions_used, source)?;
+        // What stands on nodes is followed whether the file lists it or not, and so are they who ignore it told.
+        let mut used = head.extensions_used;
+        let of_nodes = || document.nodes.iter().filter_map(|node| node.extensions.as_ref());
+        let stands = [
+            (extensions::INSTANCING, of_nodes().any(|e| e.instancing.is_some())),
+            (extensions::VISIBILITY, of_nodes().any(|e| e.visibility.is_some())),
+        ];
+        used.extend(stands.into_iter().filter(|(_, stands)| *stands).map(|(name, _)| name.to_owned()));
+        document.ignored_extensions = extensions::admit(&document.extensions_required, used, source)?;
         Ok(document)
     }
 

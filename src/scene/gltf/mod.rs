@@ -165,6 +165,7 @@ impl<'b> Model<'b> {
         let mut scene = Scene::default();
         scene.report.ignored_extensions.clone_from(&document.ignored_extensions);
         scene.report.hidden_nodes = layout.hidden;
+        scene.report.twice_placed_nodes = layout.placed_twice;
         let mut reader = Reader { document, buffers, source };
         let mut stage = Stage::new(&mut reader, &layout.hierarchy, skins, motion)?;
 

@@ -14,6 +14,8 @@ pub(super) struct Layout {
     pub shown: Vec<Shown>,
     /// Nodes with a mesh that are hidden.
     pub hidden: u64,
+    /// Nodes with a matrix and with translation, rotation or scale beside it.
+    pub placed_twice: u64,
 }
 
 /// A node that shows a mesh.
@@ -26,7 +28,8 @@ pub(super) struct Shown {
 
 /// Walk the scene that is asked for.
 pub(super) fn layout(document: &Document, source: &mut Source) -> Result<Layout, SceneError> {
-    let mut layout = Layout { hierarchy: Hierarchy::new(document.nodes.len()), shown: Vec::new(), hidden: 0 };
+    let mut layout =
+        Layout { hierarchy: Hierarchy::new(document.nodes.len()), shown: Vec::new(), hidden: 0, placed_twice: 0 };
     let honours_visibility = !source.options.ignores(VISIBILITY);
     let roots = roots(document, source)?;
     let mut stack: Vec<(u32, Option<u32>, bool)> = roots.into_iter().rev().map(|root| (root, None, true)).collect();
@@ -39,6 +42,8 @@ pub(super) fn layout(document: &Document, source: &mut Source) -> Result<Layout,
             let reason = format!("node {index} is reached twice; a node has one parent and is not its own descendant");
             return Err(SceneError::malformed(source.path, reason));
         }
+        let has_parts = node.translation.is_some() || node.rotation.is_some() || node.scale.is_some();
+        layout.placed_twice += u64::from(node.matrix.is_some() && has_parts);
         let is_visible = is_visible && !(honours_visibility && is_hidden(node));
         if let Some(mesh) = node.mesh.map(|m| m.0) {
             if mesh as usize >= document.meshes.len() {

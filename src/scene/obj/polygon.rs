@@ -102,10 +102,10 @@ impl Triangulator {
         let first = out.len();
         self.earcut.earcut_slice(flat, &[], &mut self.ears);
         let area = |t: &[u32; 3]| area2(flat[t[0] as usize], flat[t[1] as usize], flat[t[2] as usize]);
-        out.extend(self.ears.chunks_exact(3).map(|t| {
-            let t = [t[0], t[1], t[2]];
-            if area(&t) < 0.0 { [t[0], t[2], t[1]] } else { t }
-        }));
+        // All ears wind in one way. Those that are seen from their edge have no sign of their own, so all together decide.
+        let ears = self.ears.chunks_exact(3).map(|t| [t[0], t[1], t[2]]);
+        let turned = ears.clone().map(|t| area(&t)).sum::<f64>() < 0.0;
+        out.extend(ears.map(|t| if turned { [t[0], t[2], t[1]] } else { t }));
         insert_straight_corners(n, first, out);
         let triangles = &out[first..];
         let sum: f64 = triangles.iter().map(area).sum();

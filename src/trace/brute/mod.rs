@@ -43,6 +43,7 @@ pub struct Source {
 
 /// How the ray stands to a triangle that it does not certainly miss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Standing {
     /// It meets the triangle, by more than `f64` can be off.
     Hit,
@@ -56,6 +57,7 @@ pub enum Standing {
 
 /// Where a hit stands among all hits of its ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Order {
     /// The nearest; of several at the same distance the one of the smallest source.
     First,

@@ -54,8 +54,8 @@ impl CompactNode {
         Aabb { min: [0, 1, 2].map(plane), max: [3, 4, 5].map(plane) }
     }
 
-    /// Put the boxes of the children onto the least grid that holds them all.
-    pub fn set_boxes(&mut self, boxes: &[Aabb]) {
+    /// Put the boxes of the children, eight at most, onto the least grid that holds them all.
+    pub(crate) fn set_boxes(&mut self, boxes: &[Aabb]) {
         (self.children, self.planes) = (boxes.len() as u8, [[0; 8]; 6]);
         for axis in 0..3 {
             let (origin, end) = span(boxes, axis);

@@ -60,13 +60,14 @@ impl Between<'_> {
     }
 
     /// The normal of the triangle that a ray hit at that time, in world space and not of length 1; it points to the front, as that of
-    /// [`Opened::normal`](crate::cache::Opened::normal). `None` for a hit in another file or at another time.
+    /// [`Opened::normal`](crate::cache::Opened::normal). `None` where the record that the hit names is no triangle of its
+    /// part and number, as for most hits in another file.
     pub fn normal(&self, hit: &Hit, fraction: f32) -> Option<[f64; 3]> {
         let mix = Mix::new(fraction)?;
         let instance = self.instances().get(self.instance_record(hit.instance?)?)?;
         let tree = self.tree(instance.tree as usize)?;
         let slot = hit.triangle.checked_sub(tree.first_triangle)?;
-        let triangle = tree.at(tree.triangles.get(slot).filter(|t| t.geom == hit.geom)?, &mix);
+        let triangle = tree.at(tree.triangles.get(slot).filter(|t| (t.geom, t.prim) == (hit.geom, hit.prim))?, &mix);
         let [v0, v1, v2] = triangle.corners().map(|p| p.map(f64::from));
         let turn = if self.is_mirrored(hit.geom) { -1.0 } else { 1.0 };
         let n = cross(sub(v1, v0), sub(v2, v0)).map(|c| turn * c);

@@ -66,7 +66,7 @@ impl Opened<'_> {
     /// The normal of the triangle that a ray of this file hit, in world space and not of length 1: it points to the triangle's front,
     /// whatever instance or baked transform mirrors it. A ray comes from the front where its product with the direction is negative.
     ///
-    /// `None` for a hit in another file.
+    /// `None` where the record that the hit names is no triangle of its part and number, as for most hits in another file.
     ///
     /// ```
     /// # use bvhc_core::{cache::Opened, geom::Ray, trace::Hit};

@@ -37,10 +37,10 @@ impl View<'_> {
     }
 
     /// The normal of the triangle that was hit, in world space and not of length 1. It points to the front, where `is_mirrored` says of the hit's part what
-    /// [`Opened::is_mirrored`](crate::cache::Opened::is_mirrored) does. `record` finds the record of an instance by the number that hits have. `None` for a hit
-    /// in other trees.
+    /// [`Opened::is_mirrored`](crate::cache::Opened::is_mirrored) does. `record` finds the record of an instance by the number that hits have. `None` where
+    /// the record that the hit names is no triangle of its part and number: some hits in other trees are told so, not all.
     pub fn normal(&self, hit: &Hit, is_mirrored: bool, record: impl FnOnce(u32) -> Option<usize>) -> Option<[f64; 3]> {
-        let triangle = self.triangles.get(hit.triangle).filter(|t| t.geom == hit.geom)?;
+        let triangle = self.triangles.get(hit.triangle).filter(|t| (t.geom, t.prim) == (hit.geom, hit.prim))?;
         let [v0, v1, v2] = triangle.corners().map(|p| p.map(f64::from));
         let turn = if is_mirrored { -1.0 } else { 1.0 };
         let n = cross(sub(v1, v0), sub(v2, v0)).map(|c| turn * c);

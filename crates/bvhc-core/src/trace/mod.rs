@@ -15,6 +15,7 @@ mod hit;
 mod intersect;
 mod moving;
 mod observe;
+mod of_frame;
 mod place;
 mod slab;
 mod source;

@@ -79,15 +79,15 @@ impl Remarks<'_> {
         let Rounding { loss, rounded_before, grid, .. } = self.rounding;
         if let Some(apart) = rounded_before {
             lines.push(format!(
-                "it was rounded before it was written: its positions are 32-bit floats, which lie {} apart where it is, and the edges of its \
-                 triangles are {} long; export it closer to the origin",
+                "it was rounded before it was written: its positions lie at least {} apart where it is, as 32-bit floats or decimals of few digits do, \
+                 and the edges of its triangles are {} long; export it closer to the origin, or with more digits",
                 figure(*apart),
                 figure(loss.edge)
             ));
         }
         if !loss.is_tolerable() {
             lines.push(format!(
-                "{}; split it into files of parts that lie near each other",
+                "{}; export it closer to the origin, or split it into files of parts that lie near each other",
                 lost("32-bit positions", "move", loss)
             ));
         }
@@ -126,6 +126,11 @@ impl Remarks<'_> {
             ),
             (report.unweighted_vertices, "vertex without joint weights", ": placed by the first joint"),
             (report.absent_materials, "primitive", " with a material that is not there: left without one"),
+            (
+                report.twice_placed_nodes,
+                "node",
+                " with a matrix and with translation, rotation or scale: placed by the matrix",
+            ),
             (
                 report.ignored_weights,
                 "vertex",

@@ -209,7 +209,8 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
         return Ok(Held { scene, placed: None });
     };
     let meta_missing = cache.meta().is_none();
-    let stated = Stated { meta: cache.meta(), two_levels: !cache.view().tlas_nodes.is_empty() };
+    // Rays meet no numbers of vertices.
+    let stated = Stated { meta: cache.meta(), two_levels: !cache.view().tlas_nodes.is_empty(), has_vertices: false };
     let mut first = None;
     for (read, build) in args.reading.ways(path, stated, context)? {
         let scene = source::read(model, &read, &build, context)?;

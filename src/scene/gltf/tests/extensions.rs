@@ -38,6 +38,20 @@ fn every_row_of_the_table_is_what_reading_does() {
     }
 }
 
+/// Files that do not list what stands on their nodes are read as if they did, and so is what is ignored of it told.
+#[test]
+fn ignoring_what_stands_on_nodes_is_told_though_it_is_not_listed() {
+    for (name, block) in
+        [("EXT_mesh_gpu_instancing", json!({ "attributes": {} })), ("KHR_node_visibility", json!({ "visible": false }))]
+    {
+        let document = edited(|d| d["nodes"][0]["extensions"] = json!({ name: block }));
+        let scene = try_with(&document, &ignoring(&[name])).unwrap();
+        assert_eq!(scene.report.ignored_extensions, [name]);
+        let plain = try_with(&edited(|_| ()), &ignoring(&[name])).unwrap();
+        assert_eq!(plain.report.ignored_extensions, [""; 0], "{name} is not there");
+    }
+}
+
 #[test]
 fn an_unknown_extension_is_refused_where_it_is_required_and_not_ignored() {
     let error = try_read(&requiring("ACME_gizmo")).unwrap_err();

@@ -48,6 +48,49 @@ fn a_scale_of_zero_along_one_axis_leaves_a_flat_image_and_along_all_nothing() {
     assert_eq!((part(0), part(1), part(2)), ((0, None), (0, Some(0)), (0, Some(3))));
 }
 
+/// Behind a rotation the zeros of a scale are sums that cancel, all but their rounding.
+#[test]
+fn what_a_turned_node_flattens_to_a_line_is_left_out_as_behind_a_node_that_is_not() {
+    let turns = [[0.0, 0.0, 0.0, 1.0], [0.1, 0.2, 0.3, 0.927], [0.5, 0.5, -0.5, 0.5], [0.3, -0.6, 0.2, 0.714]];
+    for turn in turns {
+        let length = turn.iter().map(|c: &f64| c * c).sum::<f64>().sqrt();
+        let turn = turn.map(|c| c / length);
+        let placed = |scale: [f64; 3]| {
+            edited(|d| {
+                // The square stands on its edge below the node that flattens.
+                d["nodes"] = json!([
+                    { "children": [1], "rotation": turn, "translation": [3, 4, 5] },
+                    { "children": [2], "scale": scale },
+                    { "mesh": 0, "rotation": turn },
+                    { "mesh": 0 },
+                ]);
+                d["scenes"] = json!([{ "nodes": [0, 3] }]);
+            })
+        };
+        let line = read_json(&placed([1.0, 0.0, 0.0]));
+        assert_eq!((line.report.singular_instances, line.instances.len()), (1, 1), "{turn:?}");
+        let kept = with(&placed([1.0, 0.0, 0.0]), Degenerate::Keep);
+        assert_eq!((kept.report.singular_instances, kept.instances.len()), (0, 2), "{turn:?}");
+        // What keeps an area stays.
+        let flat = read_json(&placed([1.0, 1.0, 0.0]));
+        assert_eq!((flat.report.singular_instances, flat.report.degenerate_triangles), (0, 0), "{turn:?}");
+    }
+}
+
+fn with(document: &Value, degenerate: Degenerate) -> Scene {
+    let options = ReadOptions { degenerate, ..options() };
+    read_bytes(document.to_string().into_bytes(), "test.gltf", None, None, &options).unwrap()
+}
+
+#[test]
+fn a_matrix_goes_before_translation_rotation_and_scale_and_that_is_told() {
+    let scene = read_json(&edited(|d| {
+        d["nodes"] = json!([{ "mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 7, 0, 0, 1], "scale": [2, 2, 2] }, { "mesh": 0, "scale": [3, 3, 3] }]);
+    }));
+    assert_eq!(scene.report.twice_placed_nodes, 1);
+    assert_eq!(scene.instances[0].transform.rows[0], [1.0, 0.0, 0.0, 7.0]);
+}
+
 /// Its rows differ in their last bits, so that no ray could be taken into the mesh: the determinant cancels away.
 #[test]
 fn a_transform_whose_inverse_cannot_be_told_leaves_a_flat_image() {

@@ -21,6 +21,40 @@ fn areas(scene: &Scene) -> Vec<f64> {
     corners(scene).iter().map(area).collect()
 }
 
+/// Every edge of a face is an edge of one of its triangles, in its direction, and every other edge is one of two triangles, once each way: also where
+/// a triangle is seen from its edge in the plane in which the face was cut.
+#[test]
+fn triangles_wind_as_their_face_does() {
+    let mut random = crate::random::Random::new(11);
+    let mut grid = || [0; 3].map(|_| (random.unit() * 4.0).floor() as i32);
+    let mut faces = vec![vec![[3, 0, 1], [2, 1, 3], [1, 1, 3], [0, 0, 0], [0, 2, 2]]];
+    faces.extend((0..6000).map(|i| (0..5 + i % 3).map(|_| grid()).collect()));
+    for face in faces {
+        let mut text: String = face.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+        text += "f";
+        (1..=face.len()).for_each(|i| text += &format!(" {i}"));
+        let points: Vec<[f32; 3]> = face.iter().map(|p| p.map(|c| c as f32)).collect();
+        let distinct: std::collections::BTreeSet<_> = face.iter().collect();
+        if distinct.len() < face.len() {
+            continue; // edges between equal corners cannot be told apart
+        }
+        let scene = read(&text);
+        let number = |p: [f32; 3]| points.iter().position(|q| *q == p).unwrap();
+        let mut edges: Vec<(usize, usize)> = Vec::new();
+        for t in corners(&scene) {
+            let [a, b, c] = t.map(number);
+            edges.extend([(a, b), (b, c), (c, a)]);
+        }
+        for i in 0..face.len() {
+            let outer = (i, (i + 1) % face.len());
+            assert!(edges.contains(&outer), "{text}: edge {outer:?} of {edges:?}");
+        }
+        let is_outer = |(a, b): (usize, usize)| b == (a + 1) % face.len();
+        let lonely = edges.iter().find(|e| !is_outer(**e) && !edges.contains(&(e.1, e.0)));
+        assert_eq!(lonely, None, "{text}: {edges:?}");
+    }
+}
+
 #[test]
 fn concave_quadrilaterals_are_cut_inside() {
     let arrow = [[0.0, 0.0], [2.0, -1.0], [0.5, 0.0], [2.0, 1.0]];

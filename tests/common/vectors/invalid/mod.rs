@@ -51,7 +51,7 @@ impl Invalid {
             None => check_bytes(&self.bytes, Level::Tree, None, &self.limits, &Executor::current()),
             Some(model) => {
                 let (inputs, instances) = (scenes::inputs(), model.instances.as_deref());
-                let source = Source { meshes: &model.meshes, instances, inputs: &inputs };
+                let source = Source { meshes: &model.meshes, instances, inputs: &inputs, report: None };
                 check_bytes(&self.bytes, Level::Source, Some(&source), &self.limits, &Executor::current())
             }
         }

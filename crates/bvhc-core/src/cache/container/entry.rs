@@ -36,7 +36,7 @@ pub fn unread(entry: &SectionEntry) -> (String, String) {
 pub fn undecodable(entry: &SectionEntry) -> (String, String) {
     let known = match cfg!(feature = "zstd") {
         true => "codec 0 (raw) and codec 1 (zstd), for NODE, VPOS and TRIX of a sequence also codec 2 (delta)",
-        false => "codec 0 (raw), since it was built without its feature `zstd`",
+        false => "codec 0 (raw), and was built without its feature `zstd`",
     };
     let name = match entry.codec {
         SectionEntry::ZSTD => " (zstd)",

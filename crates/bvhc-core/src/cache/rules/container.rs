@@ -54,7 +54,7 @@ rules! {
         means "Skipping it would give wrong answers, so the whole file is refused.",
         because "A newer bvhc wrote it.", remedy Newer;
     E0114 "unknown-schema", "a known section has a layout that this reader does not know",
-        "this reader knows {expected}, the section has {actual}", "3-section-table",
+        "the section is stored with {actual}; this reader knows {expected}", "3-section-table",
         means "Its records cannot be interpreted.", because "A newer bvhc wrote it.", remedy Newer;
     E0115 "unknown-codec", "a section is stored with a codec that this reader does not know",
         "this reader knows {expected}, the section has {actual}", "8-compression",

@@ -21,9 +21,9 @@ rules! {
     E0605 "source-instances", "the instances are not those of the source",
         "{expected}, but {actual}", "11-safety",
         means "Something stands at the wrong place, is missing, or should not be there.", because STALE, remedy RebuildFromSource;
-    E0606 "source-input", "an input file is not the one that the file was built from",
+    E0606 "source-input", "META does not tell of the source: of its files, or of instances that were left out",
         "{expected}, but {actual}", "11-safety",
-        means "The file was built from other bytes. If nothing else was found, the change did not touch the geometry.",
+        means "The file was built from other bytes; if nothing else was found, the change did not touch the geometry. Where counts differ, a reader takes another element of an instance.",
         because STALE, remedy RebuildFromSource;
     E0607 "source-vertices", "a triangle's vertices are not those of the source",
         "{expected}, but {actual}", "11-safety",

@@ -5,7 +5,8 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Collapse {
-    /// Triangles of a leaf that several leaves of the binary tree become, at most. A leaf of the binary tree stays, however large it is.
+    /// Triangles of a leaf that several leaves of the binary tree become, at most; a number above 255 counts as 255. A leaf of
+    /// the binary tree stays, however large it is.
     pub max_leaf: u32,
     /// Cost of entering a node, with the tests of all its boxes.
     pub node_cost: f64,

@@ -26,6 +26,9 @@ impl CompactTrees {
     }
 
     /// The same trees, node by node.
+    ///
+    /// # Panics
+    /// Where rows, nodes and order do not belong together, as those of [`WideTrees::new`] do.
     pub fn new(wide: &WideTrees<8>) -> CompactTrees {
         let mut out = CompactTrees::default();
         for row in &wide.rows {

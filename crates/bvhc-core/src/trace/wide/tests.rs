@@ -147,7 +147,7 @@ fn no_set_of_nodes_costs_less_than_the_plan() {
     for case in 0..300 {
         let sketch = Sketch::random(1 + case % 12, &mut random);
         let scene = Scene::new(&sketch, &mut random);
-        for (max_leaf, group_cost) in [(8, 1.0), (4, 0.3), (1, 1.0), (255, 0.1)] {
+        for (max_leaf, group_cost) in [(8, 1.0), (4, 0.3), (1, 1.0), (255, 0.1), (u32::MAX, 0.01)] {
             let collapse = Collapse { max_leaf, group_cost, ..Collapse::default() };
             assert_least::<4>(&scene, &collapse);
             assert_least::<8>(&scene, &collapse);

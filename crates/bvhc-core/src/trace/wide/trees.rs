@@ -5,7 +5,7 @@ use super::emit::Greedy;
 use super::emit::{Shape, emit};
 use super::plan::Plan;
 use super::scene::WideView;
-use crate::layout::{BlasView, TriangleRecord, View, WideNode, WideRow};
+use crate::layout::{BlasView, MAX_LEAF, TriangleRecord, View, WideNode, WideRow};
 use crate::trace::hit::Malformed;
 
 /// The wide trees of a scene in memory: one for each tree over triangles.
@@ -23,7 +23,8 @@ pub struct WideTrees<const N: usize> {
 }
 
 impl<const N: usize> WideTrees<N> {
-    /// Collapse all trees over triangles, on this thread, in time that grows as their size does. `N` is 4 or 8.
+    /// Collapse all trees over triangles, on this thread, in time that grows as their size does. `N` is 4 or 8. No leaf gets more than
+    /// [`MAX_LEAF`] triangles, whatever `collapse` says.
     ///
     /// The same trees give the same nodes on every machine.
     ///
@@ -31,7 +32,8 @@ impl<const N: usize> WideTrees<N> {
     /// Where records are no tree, which a file that was opened at [`Validation::Tree`](crate::cache::Validation::Tree) has none of, nor what was built.
     pub fn new(view: &View<'_>, collapse: &Collapse) -> Result<WideTrees<N>, Malformed> {
         const { assert!(N == 4 || N == 8, "a wide node has 4 or 8 lanes") };
-        WideTrees::shaped(view, |tree| Plan::new::<N>(tree, collapse))
+        let collapse = Collapse { max_leaf: collapse.max_leaf.min(MAX_LEAF), ..*collapse };
+        WideTrees::shaped(view, |tree| Plan::new::<N>(tree, &collapse))
     }
 
     /// By pulling up the largest child, as other libraries do: a yardstick for [`Collapse`].
