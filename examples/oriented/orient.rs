@@ -1,12 +1,12 @@
 //! Which subtrees of a finished tree are worth a basis of their own, by counted rays.
 
-use crate::turned::{Segment, Turned, Work};
+use crate::turned::{Segment, Turned};
 use bvhc::oriented::{Basis, Extremes, OrientedBox, ditetrahedron, hull_facets, least};
 
 /// Subtrees of fewer triangles stay as they are, and those that fewer rays come to.
 const FEWEST_TRIANGLES: usize = 8;
-const FEWEST_RAYS: usize = 24;
-/// A basis is taken where rays then pay at least so much less below.
+const FEWEST_RAYS: usize = 48;
+/// A basis is taken where rays then pay at least so much less below: one half of the rays, and the other.
 const GAIN: f64 = 0.03;
 
 /// Where bases come from.
@@ -17,12 +17,11 @@ pub enum Choice {
     Among(Vec<Basis>),
 }
 
-/// Rotations by quaternions of whole numbers up to 2, each once but for turns that swap axes: 45°, 90° − 2·atan(1/2) and the like about axes,
-/// edges and corners of the cube.
+/// Rotations by quaternions of whole numbers up to 3, each once but for turns that swap axes: spread over all there are.
 pub fn discrete() -> Vec<Basis> {
     let mut found: Vec<Basis> = Vec::new();
-    let part = |code: u32, place: u32| f64::from(code / 5u32.pow(place) % 5) - 2.0;
-    for code in 0..5u32.pow(4) {
+    let part = |code: u32, place: u32| f64::from(code / 7u32.pow(place) % 7) - 3.0;
+    for code in 0..7u32.pow(4) {
         let [w, x, y, z] = [0, 1, 2, 3].map(|place| part(code, place));
         let x_axis = [w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)];
         let y_axis = [2.0 * (x * y - w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z + w * x)];
@@ -51,16 +50,20 @@ fn below(turned: &mut Turned, node: usize, above: Basis, come: &[u32], rays: &[S
         return 0;
     }
     // All that is below lies along what is above.
-    let cost = |turned: &Turned| -> f64 {
-        let work: Work = turned.work(node, &above, come.iter().map(|ray| &rays[*ray as usize]));
-        work.cost()
+    let costs = |turned: &Turned| {
+        [0, 1].map(|half| {
+            let rays = come.iter().skip(half).step_by(2).map(|ray| &rays[*ray as usize]);
+            turned.work(node, &above, rays).cost()
+        })
     };
-    let (mut best, mut least_cost) = (above, cost(turned) * (1.0 - GAIN));
+    let plain = costs(turned);
+    let (mut best, mut least_cost) = (above, f64::INFINITY);
     for basis in candidates(&points, choice).into_iter().filter(|basis| *basis != above) {
         turned.turn(node, basis);
-        let cost = cost(turned);
-        if cost < least_cost {
-            (best, least_cost) = (basis, cost);
+        let found = costs(turned);
+        let pays = (0..2).all(|half| found[half] < plain[half] * (1.0 - GAIN));
+        if pays && found[0] + found[1] < least_cost {
+            (best, least_cost) = (basis, found[0] + found[1]);
         }
     }
     turned.turn(node, best);

@@ -5,6 +5,7 @@ use super::candidates::ditetrahedron;
 use super::extremes::Extremes;
 use super::moments::Moments;
 use super::oriented_box::OrientedBox;
+use super::volume::BoundingVolume;
 
 /// The least box around points among those in the scene's axes, in DiTO-14's basis, and along the spread of the surface if that is
 /// given; nothing around no points.
@@ -29,4 +30,23 @@ pub fn least(
         }
     }
     best
+}
+
+impl BoundingVolume for OrientedBox {
+    /// A box along the axes, after the ray was turned: six coordinates of three products and two sums, and three divisions.
+    const OPERATIONS: u32 = 57;
+
+    /// The basis is [fitted](fit).
+    fn of_points(points: &[[f64; 3]]) -> Option<OrientedBox> {
+        fit(points, None)
+    }
+
+    /// Along one of the two, whichever is less.
+    fn merged(&self, other: &OrientedBox) -> OrientedBox {
+        self.merged_along_one(other)
+    }
+
+    fn area(&self) -> f64 {
+        2.0 * self.half_area()
+    }
 }

@@ -1,7 +1,7 @@
 //! Boxes in a basis of their own.
 
 use super::basis::Basis;
-use super::volume::{BoundingVolume, UNIT};
+use super::volume::UNIT;
 use crate::geom::vector::dot;
 
 /// All points whose coordinates along the basis are between two ends.
@@ -98,6 +98,17 @@ impl OrientedBox {
         if theirs < mine { (theirs, true) } else { (mine, false) }
     }
 
+    /// Around both, along one of them, whichever is less.
+    pub(super) fn merged_along_one(&self, other: &OrientedBox) -> OrientedBox {
+        let (own, foreign) = if self.merged_half_area(other).1 { (other, self) } else { (self, other) };
+        let (low, high) = foreign.seen_from(&own.basis);
+        OrientedBox {
+            basis: own.basis,
+            low: [0, 1, 2].map(|k| own.low[k].min(low[k])),
+            high: [0, 1, 2].map(|k| own.high[k].max(high[k])),
+        }
+    }
+
     /// Half the surface area.
     #[inline]
     pub fn half_area(&self) -> f64 {
@@ -115,29 +126,4 @@ impl OrientedBox {
 #[inline(always)]
 fn half_area([x, y, z]: [f64; 3]) -> f64 {
     x * y + y * z + z * x
-}
-
-impl BoundingVolume for OrientedBox {
-    /// A box along the axes, after the ray was turned: six coordinates of three products and two sums, and three divisions.
-    const OPERATIONS: u32 = 57;
-
-    /// The basis is [fitted](super::fit).
-    fn of_points(points: &[[f64; 3]]) -> Option<OrientedBox> {
-        super::fit::fit(points, None)
-    }
-
-    /// Along one of the two, whichever is less.
-    fn merged(&self, other: &OrientedBox) -> OrientedBox {
-        let (own, foreign) = if self.merged_half_area(other).1 { (other, self) } else { (self, other) };
-        let (low, high) = foreign.seen_from(&own.basis);
-        OrientedBox {
-            basis: own.basis,
-            low: [0, 1, 2].map(|k| own.low[k].min(low[k])),
-            high: [0, 1, 2].map(|k| own.high[k].max(high[k])),
-        }
-    }
-
-    fn area(&self) -> f64 {
-        2.0 * self.half_area()
-    }
 }

@@ -18,9 +18,6 @@ use crate::scene::Mesh;
 /// Triangles or pairs that one task takes. A constant, so that nothing depends on the number of threads.
 const CHUNK: usize = 1 << 8;
 
-/// A cluster has a fair share of two clusters' triangles if it has at least one in so many.
-const FAIR: usize = 16;
-
 /// All clusters that there ever were, by number: first one for each triangle, in the order of the Morton curve, then those that became of
 /// two, children before their parents. The last one holds all.
 pub struct Clusters {
@@ -111,7 +108,14 @@ struct Merger<'a> {
 struct Known {
     clusters: Clusters,
     /// Of each, where boxes are fitted.
-    moments: Vec<Moments>,
+    fits: Vec<Fit>,
+}
+
+/// How a cluster's box was fitted.
+struct Fit {
+    surface: Moments,
+    /// How many triangles there were when all of them were last looked at.
+    all_at: u32,
 }
 
 impl Merger<'_> {
@@ -120,8 +124,9 @@ impl Merger<'_> {
         let corners = |r: &PrimRef| self.corners(r.prim);
         let is_fitted = self.basis == HullBasis::Fit;
         let hulls = self.exec.generate(count, |i| OrientedBox::of_triangle(&corners(&refs[i])));
-        let moments = self.exec.generate(if is_fitted { count } else { 0 }, |i| {
-            Moments::of_triangle(&corners(&refs[i]).map(|p| [0, 1, 2].map(|k| p[k] - self.origin[k])))
+        let fits = self.exec.generate(if is_fitted { count } else { 0 }, |i| {
+            let about_origin = corners(&refs[i]).map(|p| [0, 1, 2].map(|k| p[k] - self.origin[k]));
+            Fit { surface: Moments::of_triangle(&about_origin), all_at: 1 }
         });
         let mut live: Vec<Cluster> = (refs.iter().enumerate())
             .map(|(i, r)| {
@@ -130,7 +135,7 @@ impl Merger<'_> {
             })
             .collect();
         let clusters = Clusters { refs, hulls, merges: Vec::new(), root: None, measured: 0 };
-        let mut known = Known { clusters, moments };
+        let mut known = Known { clusters, fits };
         known.clusters.hulls.reserve(count.saturating_sub(1));
         known.clusters.merges.reserve(count.saturating_sub(1));
         while live.len() > 1 {
@@ -163,10 +168,10 @@ impl Merger<'_> {
             let mut outline = Outline::default();
             pairs.iter().map(|pair| self.joined(pair.map(|at| &live[at]), known, &mut outline)).collect::<Vec<_>>()
         });
-        for ([first, second], (hull, moments)) in pairs.into_iter().zip(joined.into_iter().flatten()) {
+        for ([first, second], (hull, fit)) in pairs.into_iter().zip(joined.into_iter().flatten()) {
             let number = known.clusters.hulls.len() as u32;
             known.clusters.hulls.push(hull);
-            known.moments.extend(moments);
+            known.fits.extend(fit);
             let (merge, cluster) = self.merge(&live[first], &live[second], number);
             known.clusters.merges.push(merge);
             live[first] = cluster;
@@ -175,35 +180,37 @@ impl Merger<'_> {
         live.retain(|cluster| cluster.number != GONE);
     }
 
-    /// The common box, and the moments where they are known.
-    fn joined(&self, pair: [&Cluster; 2], known: &Known, outline: &mut Outline) -> (OrientedBox, Option<Moments>) {
+    /// The common box, and how it was fitted if it was.
+    fn joined(&self, pair: [&Cluster; 2], known: &Known, outline: &mut Outline) -> (OrientedBox, Option<Fit>) {
         let numbers = pair.map(|cluster| cluster.number as usize);
         let [a, b] = numbers.map(|number| &known.clusters.hulls[number]);
         let plain = a.merged(b);
         if self.basis == HullBasis::Leaf {
             return (plain, None);
         }
-        let [p, q] = numbers.map(|number| &known.moments[number]);
-        let moments = p.plus(q);
-        self.open(numbers, &known.clusters, outline);
-        let fitted = outline.fit([a.basis, b.basis], &moments);
+        let [p, q] = numbers.map(|number| &known.fits[number]);
+        let surface = p.surface.plus(&q.surface);
+        let count = (known.clusters.triangle_count(numbers[0]) + known.clusters.triangle_count(numbers[1])) as u32;
+        let all_at = if self.open(numbers, known, outline) { count } else { p.all_at.max(q.all_at) };
+        let fitted = outline.fit([a.basis, b.basis], &surface);
         let least = fitted.filter(|fitted| fitted.half_area() < plain.half_area()).unwrap_or(plain);
-        (least, Some(moments))
+        (least, Some(Fit { surface, all_at }))
     }
 
-    /// What a box around two clusters is fitted to: all triangles where that is little work for what it gains, or else parts.
+    /// What a box around two clusters is fitted to: all triangles where that is little work for what it gains, or else parts. Says whether it is all.
     ///
-    /// All of them are looked at where both clusters have a fair share of them. So a triangle is looked at again only in clusters that are larger
-    /// by a certain factor each, and all work together grows as n·log n however the clusters are nested.
-    fn open(&self, from: [usize; 2], clusters: &Clusters, outline: &mut Outline) {
+    /// All of them are looked at where they are an eighth more than when any of them were last looked at. So a triangle is looked at as often as an
+    /// eighth can be added up to all triangles, and all work together grows as n·log n however the clusters are nested.
+    fn open(&self, from: [usize; 2], known: &Known, outline: &mut Outline) -> bool {
         outline.clear();
-        let counts = from.map(|cluster| clusters.triangle_count(cluster));
-        let all = counts[0] + counts[1];
-        if all <= PARTS || counts[0].min(counts[1]) * FAIR >= all {
+        let clusters = &known.clusters;
+        let all: usize = from.iter().map(|cluster| clusters.triangle_count(*cluster)).sum();
+        let before = from.map(|cluster| known.fits[cluster].all_at).into_iter().fold(1, u32::max) as usize;
+        if all <= PARTS || 8 * all >= 9 * before || all == clusters.refs.len() {
             for triangle in from.iter().flat_map(|cluster| clusters.triangles(*cluster)) {
                 outline.add_triangle(self.corners(triangle));
             }
-            return;
+            return true;
         }
 
         // Open the largest cluster into its two, until there are so many or only triangles.
@@ -230,6 +237,7 @@ impl Merger<'_> {
                 None => outline.add_box(clusters.hulls[cluster]),
             }
         }
+        false
     }
 
     /// The first child is the one of larger area: its author's rays go there first.
