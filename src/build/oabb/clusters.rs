@@ -139,10 +139,7 @@ impl Merger<'_> {
         known.clusters.hulls.reserve(count.saturating_sub(1));
         known.clusters.merges.reserve(count.saturating_sub(1));
         while live.len() > 1 {
-            if self.progress.is_cancelled() {
-                return Err(BuildError::Cancelled);
-            }
-            self.round(&mut live, &mut known);
+            self.round(&mut live, &mut known)?;
         }
         let mut clusters = known.clusters;
         clusters.root = live.pop();
@@ -154,9 +151,10 @@ impl Merger<'_> {
     }
 
     /// Proposals, and what comes of them. What becomes one stands in the place of the first.
-    fn round(&self, live: &mut Vec<Cluster>, known: &mut Known) {
+    fn round(&self, live: &mut Vec<Cluster>, known: &mut Known) -> Result<(), BuildError> {
         let hulls: Vec<OrientedBox> = live.iter().map(|c| known.clusters.hulls[c.number as usize]).collect();
-        let (mut partners, measured) = best_matches(&hulls, self.rules.radius, self.exec);
+        let found = best_matches(&hulls, self.rules.radius, self.exec, self.progress);
+        let (mut partners, measured) = found.ok_or(BuildError::Cancelled)?;
         known.clusters.measured += measured;
         let mut pairs = mutual(&partners);
         if pairs.len() * FEWEST < live.len() {
@@ -166,8 +164,10 @@ impl Merger<'_> {
 
         let joined = self.exec.map_chunks(&pairs, CHUNK, |_, pairs| {
             let mut outline = Outline::default();
-            pairs.iter().map(|pair| self.joined(pair.map(|at| &live[at]), known, &mut outline)).collect::<Vec<_>>()
+            let joined = pairs.iter().map(|pair| self.joined(pair.map(|at| &live[at]), known, &mut outline));
+            (!self.progress.is_cancelled()).then(|| joined.collect::<Vec<_>>())
         });
+        let joined = joined.into_iter().collect::<Option<Vec<_>>>().ok_or(BuildError::Cancelled)?;
         for ([first, second], (hull, fit)) in pairs.into_iter().zip(joined.into_iter().flatten()) {
             let number = known.clusters.hulls.len() as u32;
             known.clusters.hulls.push(hull);
@@ -178,6 +178,7 @@ impl Merger<'_> {
             live[second].number = GONE;
         }
         live.retain(|cluster| cluster.number != GONE);
+        Ok(())
     }
 
     /// The common box, and how it was fitted if it was.

@@ -1,5 +1,6 @@
 //! Every cluster's best match among its neighbours in the order.
 
+use crate::build::progress::Progress;
 use crate::exec::Executor;
 use crate::oriented::OrientedBox;
 
@@ -12,10 +13,20 @@ const CHUNK: usize = 1 << 10;
 /// A proposal is as good for one as for the other, so a pair is measured once. Equal areas are told apart by a rank: the distance in the order,
 /// and a bit that tells the neighbour before from the one behind. So pairs that share a cluster are never equal, the least pair of all is a
 /// mutual one, and where all are equal, half of the clusters merge.
-pub(super) fn best_matches(hulls: &[OrientedBox], radius: usize, exec: &Executor) -> (Vec<u32>, u64) {
+///
+/// Nothing where the build is cancelled.
+pub(super) fn best_matches(
+    hulls: &[OrientedBox],
+    radius: usize,
+    exec: &Executor,
+    progress: &dyn Progress,
+) -> Option<(Vec<u32>, u64)> {
     let found = exec.map_chunks(hulls, CHUNK, |chunk_index, chunk| {
         let start = chunk_index * CHUNK;
         let end = start + chunk.len();
+        if progress.is_cancelled() {
+            return None;
+        }
         let from = start.saturating_sub(radius);
         let mut best = vec![Best::NONE; chunk.len()];
         let mut measured = 0;
@@ -36,10 +47,11 @@ pub(super) fn best_matches(hulls: &[OrientedBox], radius: usize, exec: &Executor
         }
         let partner =
             |(k, best): (usize, &Best)| if best.area < f64::INFINITY { best.partner } else { (start + k) as u32 };
-        (best.iter().enumerate().map(partner).collect::<Vec<u32>>(), measured)
+        Some((best.iter().enumerate().map(partner).collect::<Vec<u32>>(), measured))
     });
+    let found = found.into_iter().collect::<Option<Vec<_>>>()?;
     let measured = found.iter().map(|(_, measured)| measured).sum();
-    (found.into_iter().flat_map(|(partners, _)| partners).collect(), measured)
+    Some((found.into_iter().flat_map(|(partners, _)| partners).collect(), measured))
 }
 
 /// The best that was offered so far.

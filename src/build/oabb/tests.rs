@@ -135,3 +135,18 @@ fn ties_merge_by_halves_and_rows_that_grow_end() {
         assert!(each < most, "{each}");
     }
 }
+
+#[test]
+fn a_cancelled_build_ends_wherever_it_is() {
+    struct After(std::sync::atomic::AtomicU32);
+    impl Progress for After {
+        fn is_cancelled(&self) -> bool {
+            self.0.fetch_sub(1, std::sync::atomic::Ordering::Relaxed) == 0
+        }
+    }
+    for asked in [0, 1, 5, 9] {
+        let after = After(asked.into());
+        let found = cluster(&soup(3000), &options(HullBasis::Fit), &Executor::sequential(), &after);
+        assert!(matches!(found, Err(BuildError::Cancelled)), "after {asked}");
+    }
+}
