@@ -30,6 +30,7 @@ use bvhc::oriented::{Basis, Dop14, OrientedBox};
 use bvhc::scene::{self, Mesh};
 use bvhc::trace::closest_hit;
 use bvhc::trace::probe::{Camera, ProbeRays, SETS};
+use bvhc::tree::Tree;
 use failures::{FAILURES, Failure};
 use growth::growth;
 use judge::{Judge, recipes};
@@ -109,8 +110,7 @@ fn print_turned(name: &str, mesh: &Mesh, set: &[Basis], exec: &Executor) -> Resu
     let image = Image::of_tree(mesh, &tree, exec)?;
     let view = image.view();
     let [front, left, back, right] = Camera::around(&view);
-    let [forming, judging] =
-        [[front, back], [left, right]].map(|cameras| segments(&view, &cameras, tree.nodes[0].bounds()));
+    let [forming, judging] = [[front, back], [left, right]].map(|cameras| segments(&view, &tree, &cameras));
     let mut turned = Turned::new(mesh, &tree);
     let along_axes = turned.work(0, &Basis::AXES, judging.iter());
     let (mut cells, mut lost) = (Vec::new(), along_axes.lost);
@@ -127,12 +127,12 @@ fn print_turned(name: &str, mesh: &Mesh, set: &[Basis], exec: &Executor) -> Resu
 }
 
 /// All three sets of rays, up to what they hit.
-fn segments(view: &View, cameras: &[Camera], scene: Aabb) -> Vec<Segment> {
+fn segments(view: &View, tree: &Tree, cameras: &[Camera]) -> Vec<Segment> {
     let probe = ProbeRays::around(view, cameras, RAYS);
     let rays = (0..SETS.len()).flat_map(|set| probe.rays(set));
     rays.map(|ray| {
         let hit = closest_hit(view, ray).ok().flatten();
-        Segment::new(ray, hit.map(|hit| (hit.t, hit.triangle)), &scene)
+        Segment::new(ray, hit.map(|hit| (hit.t, tree.refs[hit.triangle])), &tree.nodes[0].bounds())
     })
     .collect()
 }

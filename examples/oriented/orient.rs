@@ -5,9 +5,9 @@ use bvhc::oriented::{Basis, Extremes, OrientedBox, ditetrahedron, hull_facets, l
 
 /// Subtrees of fewer triangles stay as they are, and those that fewer rays come to.
 const FEWEST_TRIANGLES: usize = 8;
-const FEWEST_RAYS: usize = 48;
+const FEWEST_RAYS: usize = 128;
 /// A basis is taken where rays then pay at least so much less below: one half of the rays, and the other.
-const GAIN: f64 = 0.03;
+const GAIN: f64 = 0.05;
 
 /// Where bases come from.
 pub enum Choice {

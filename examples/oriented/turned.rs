@@ -19,20 +19,20 @@ pub struct Segment {
     pub origin: [f64; 3],
     pub direction: [f64; 3],
     pub end: f64,
-    /// The slot of the triangle that it ends at.
-    pub slot: Option<usize>,
+    /// The triangle that it ends at. Where it was cut, any of its leaves will do.
+    pub triangle: Option<u32>,
 }
 
 impl Segment {
-    /// `hit` is where it ends in the file: a distance and a slot.
-    pub fn new(ray: &Ray, hit: Option<(f32, usize)>, scene: &Aabb) -> Segment {
+    /// `hit` is where it ends: a distance and a triangle.
+    pub fn new(ray: &Ray, hit: Option<(f32, u32)>, scene: &Aabb) -> Segment {
         let (origin, direction) = (ray.origin.map(f64::from), ray.direction.map(f64::from));
         // Rays that hit nothing end behind all boxes.
         let reach: f64 = (0..3).map(|k| f64::from(scene.max[k]).abs().max(f64::from(scene.min[k]).abs())).sum();
         let length = dot(direction, direction).sqrt();
         let behind = (reach + origin.iter().map(|c| c.abs()).sum::<f64>()) / length;
         let end = hit.map_or(f64::from(ray.t_max).min(behind), |(t, _)| f64::from(t.next_up()));
-        Segment { origin, direction, end, slot: hit.map(|(_, slot)| slot) }
+        Segment { origin, direction, end, triangle: hit.map(|(_, triangle)| triangle) }
     }
 
     /// Whether it meets a box on the way to its end; never `false` where exact arithmetic says that it does.
@@ -192,15 +192,14 @@ impl<'a> Turned<'a> {
         let mut work = Work::default();
         let mut open = Vec::new();
         for ray in rays {
-            let mut is_found = ray.slot.is_none();
+            let mut is_found = ray.triangle.is_none();
             open.push((node, *above, None));
             while let Some((node, above, came)) = open.pop() {
                 let Some(children) = self.children(node) else {
                     let record = self.tree.nodes[node];
                     work.triangles += u64::from(record.count);
-                    is_found |= ray
-                        .slot
-                        .is_some_and(|slot| (record.first..record.first + record.count).contains(&(slot as u32)));
+                    let held = &self.tree.refs[record.first as usize..(record.first + record.count) as usize];
+                    is_found |= ray.triangle.is_some_and(|triangle| held.contains(&triangle));
                     continue;
                 };
                 work.nodes += 1;

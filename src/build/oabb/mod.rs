@@ -30,7 +30,7 @@ use crate::tree::Tree;
 
 /// Bytes that a build holds at its peak for every triangle, beside its reference and the tree: two oriented boxes, the moments of two
 /// surfaces, what is still to be merged, merges, and its place in the order.
-pub(super) const BYTES_PER_REF: u64 = 640;
+pub(super) const BYTES_PER_REF: u64 = 750;
 
 /// Build the tree over all triangles. `share` is what it counts for in [`Progress::advance`].
 pub(super) fn build(
