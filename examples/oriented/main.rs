@@ -20,24 +20,21 @@ mod growth;
 mod judge;
 mod kinds;
 mod orient;
+mod saving;
 mod turned;
 
 use bvhc::build::{BuildOptions, Executor, HullBasis, Levels, Method, NoProgress, Preset};
-use bvhc::cache::{Image, View};
 use bvhc::compile::{build_tree, lay_out};
 use bvhc::geom::Aabb;
 use bvhc::oriented::{Basis, Dop14, OrientedBox};
 use bvhc::scene::{self, Mesh};
-use bvhc::trace::closest_hit;
-use bvhc::trace::probe::{Camera, ProbeRays, SETS};
-use bvhc::tree::Tree;
 use failures::{FAILURES, Failure};
 use growth::growth;
 use judge::{Judge, recipes};
 use kinds::bounded;
-use orient::{Choice, discrete, orient};
+use orient::discrete;
+use saving::saving;
 use std::error::Error;
-use turned::{Segment, Turned};
 
 const SCENES: [&str; 6] = ["curtain", "pillar", "roof", "scaffold", "hairball", "city"];
 const RECIPES: [&str; 5] = ["agglomerative", "oabb along leaves", "oabb", "sbvh", "sweep"];
@@ -106,33 +103,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// A row of the last table.
 fn print_turned(name: &str, mesh: &Mesh, set: &[Basis], exec: &Executor) -> Result<(), Box<dyn Error>> {
-    let tree = build_tree(mesh, &BuildOptions::preset(Preset::Best), exec, &NoProgress)?;
-    let image = Image::of_tree(mesh, &tree, exec)?;
-    let view = image.view();
-    let [front, left, back, right] = Camera::around(&view);
-    let [forming, judging] = [[front, back], [left, right]].map(|cameras| segments(&view, &tree, &cameras));
-    let mut turned = Turned::new(mesh, &tree);
-    let along_axes = turned.work(0, &Basis::AXES, judging.iter());
-    let (mut cells, mut lost) = (Vec::new(), along_axes.lost);
-    for choice in [Choice::Free, Choice::Among(set.to_vec())] {
-        let changes = orient(&mut turned, &forming, &choice);
-        let work = turned.work(0, &Basis::AXES, judging.iter());
-        cells.push(format!("{:.2} | {changes}", work.cost() / along_axes.cost()));
-        lost += work.lost;
-        turned.turn(0, Basis::AXES);
-    }
-    let cost = along_axes.cost() / judging.len() as f64;
-    println!("| {name} | {} | {cost:.1} | {} | {lost} |", mesh.triangles.len(), cells.join(" | "));
+    let found = saving(mesh, set, exec)?;
+    let [free, among] = found.turned.map(|turned| format!("{:.2} | {}", turned.over, turned.changes));
+    println!("| {name} | {} | {:.1} | {free} | {among} | {} |", mesh.triangles.len(), found.cost, found.lost);
     Ok(())
-}
-
-/// All three sets of rays, up to what they hit.
-fn segments(view: &View, tree: &Tree, cameras: &[Camera]) -> Vec<Segment> {
-    let probe = ProbeRays::around(view, cameras, RAYS);
-    let rays = (0..SETS.len()).flat_map(|set| probe.rays(set));
-    rays.map(|ray| {
-        let hit = closest_hit(view, ray).ok().flatten();
-        Segment::new(ray, hit.map(|hit| (hit.t, tree.refs[hit.triangle])), &tree.nodes[0].bounds())
-    })
-    .collect()
 }

@@ -9,7 +9,13 @@ mod failures;
 mod growth;
 #[path = "../../samples/generator/failures/judge.rs"]
 mod judge;
+#[path = "../../examples/oriented/orient.rs"]
+mod orient;
 mod oriented;
+#[path = "../../examples/oriented/saving.rs"]
+mod saving;
+#[path = "../../examples/oriented/turned.rs"]
+mod turned;
 
 use bvhc::build::{Executor, NoProgress};
 use bvhc::cache::Image;

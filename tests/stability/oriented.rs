@@ -5,6 +5,8 @@
 
 use super::named;
 use crate::growth::{Growth, growth};
+use crate::orient::discrete;
+use crate::saving::saving;
 use bvhc::build::{Executor, HullBasis};
 
 /// Boxes along leaves and fitted ones, on a scene of about so many triangles.
@@ -37,4 +39,19 @@ fn the_larger_the_pillar_the_larger_the_error_along_leaves() {
     let roots: Vec<[f64; 2]> = [64, 512, 4000].map(|count| both("F14", count).map(|found| found.root)).to_vec();
     assert!(roots.is_sorted_by(|a, b| 2.0 * a[0] < b[0]), "{roots:?}");
     assert!(roots.iter().all(|[_, fit]| *fit < 1.05), "{roots:?}");
+}
+
+/// Along slanted things boxes are worth turning, elsewhere they stay as they are, and no turned box loses a hit.
+#[test]
+fn turned_subtrees_save_rays_on_slanted_scenes_and_no_hit_is_lost() {
+    let (exec, set) = (Executor::new(0).unwrap(), discrete());
+    // At most what rays pay with any rotation, and with one of the set, over what they pay along the axes.
+    for (id, most) in [("F11", [0.2, 0.4]), ("F12", [0.3, 0.6]), ("F14", [0.5, 1.01]), ("F27", [1.01, 1.01])] {
+        let found = saving(&named(id).scene(1000).meshes[0], &set, &exec).unwrap();
+        assert_eq!(found.lost, 0, "{id}");
+        for (turned, most) in found.turned.into_iter().zip(most) {
+            assert!(turned.over < most, "{id}: {} of {}", turned.over, found.cost);
+            assert!(id != "F27" || turned.changes == 0, "{id}: {} changes", turned.changes);
+        }
+    }
 }
