@@ -61,6 +61,7 @@
 //!
 //! - [`scene`]: reading OBJ and glTF, with every policy about broken geometry;
 //! - [`tree`]: the linear tree and its quality;
+//! - [`oriented`]: boxes and slabs that need not lie along the axes, and the bases that suit them;
 //! - [`build`]: one mesh becomes a tree: methods, options and passes; the top level over instances;
 //! - [`cache`]: the file: writing, opening, checking, converting, and whether it is up to date;
 //! - [`trace`]: watertight traversal and the brute force that it is judged by;
@@ -80,6 +81,7 @@ mod builder;
 mod built;
 pub mod cache;
 pub mod compile;
+pub mod oriented;
 pub mod report;
 pub mod scene;
 pub mod search;

@@ -1,6 +1,6 @@
 //! What every tree must be, whatever the scene: complete, tight, in canonical order, shallow, and the same for any number of threads.
 
-use bvhc::build::{Axes, BuildOptions, Executor, METHODS, Method, NoProgress, Preset};
+use bvhc::build::{Axes, BuildOptions, Executor, HullBasis, METHODS, Method, NoProgress, Preset};
 use bvhc::compile::build_tree;
 use bvhc::geom::Aabb;
 use bvhc::scene::Mesh;
@@ -107,6 +107,7 @@ fn recipes() -> Vec<BuildOptions> {
         BuildOptions { method: Method::Bonsai, prune: 1e3, ..draft() },
         BuildOptions { method: Method::Agglomerative, radius: 1, ..draft() },
         BuildOptions { method: Method::Agglomerative, radius: 31, ..draft() },
+        BuildOptions { method: Method::Oabb, basis: HullBasis::Leaf, ..draft() },
     ]);
     recipes
 }

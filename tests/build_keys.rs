@@ -4,7 +4,7 @@
 //! A method's revision is left out, since that is raised on purpose. A line changes only together with a method's revision.
 //! `BVHC_UPDATE_DOCS=1 cargo test --test build_keys` adds the lines of a new method or option, and changes none.
 
-use bvhc::build::{Axes, BuildOptions, Clip, Levels, METHODS, Preset, Purpose};
+use bvhc::build::{Axes, BuildOptions, Clip, HullBasis, Levels, METHODS, Preset, Purpose};
 use bvhc::cache::keys::Recipe;
 
 const GOLDEN: &str = include_str!("golden/build_keys.txt");
@@ -25,6 +25,7 @@ fn changes(base: &BuildOptions) -> Vec<(&'static str, BuildOptions)> {
         ("bins", BuildOptions { bins: 17, ..base() }),
         ("spatial-bins", BuildOptions { spatial_bins: 256, ..base() }),
         ("radius", BuildOptions { radius: 3, ..base() }),
+        ("basis", BuildOptions { basis: HullBasis::Leaf, ..base() }),
         ("presplit", BuildOptions { presplit: 0.3, ..base() }),
         ("max-leaf", BuildOptions { max_leaf: 255, ..base() }),
         ("sah-trav", BuildOptions { traversal_cost: 1e-3, ..base() }),
@@ -48,6 +49,7 @@ fn changes(base: &BuildOptions) -> Vec<(&'static str, BuildOptions)> {
                 bins: 2,
                 spatial_bins: 3,
                 radius: 31,
+                basis: HullBasis::Leaf,
                 presplit: 63.0,
                 max_leaf: 1,
                 traversal_cost: 1e3,

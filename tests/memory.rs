@@ -37,6 +37,7 @@ fn colonnade() -> Mesh {
 fn builds_hold_no_more_than_promised() {
     let preset = BuildOptions::preset;
     let bonsai = BuildOptions { method: Method::Bonsai, ..preset(Preset::Draft) };
+    let oriented = BuildOptions { method: Method::Oabb, ..preset(Preset::Draft) };
     // Every reference that straddles a plane is cut, until the budget is used up.
     let cut =
         BuildOptions { method: Method::Sbvh, split_alpha: 0.0, unsplit: false, reinsert: 8, ..preset(Preset::Auto) };
@@ -45,6 +46,7 @@ fn builds_hold_no_more_than_promised() {
         for (name, options, most) in [
             ("draft", &preset(Preset::Draft), 200),
             ("bonsai", &bonsai, 200),
+            ("oabb", &oriented, 900),
             ("balanced", &preset(Preset::Balanced), 400),
             ("auto", &preset(Preset::Auto), 400),
             ("best", &preset(Preset::Best), 400),

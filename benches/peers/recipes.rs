@@ -28,6 +28,8 @@ const RECIPES: &[(&str, &str)] = &[
     ("agglomerative + 1 round + adapted", "--method agglomerative --reinsert 1 --adapt 256"),
     ("agglomerative + 2 rounds", "--method agglomerative --reinsert 2"),
     ("agglomerative + 8 rounds", "--method agglomerative --reinsert 8"),
+    ("oabb", "--method oabb"),
+    ("oabb along leaves", "--method oabb -O basis=leaf"),
     ("balanced", "--preset balanced"),
     ("balanced + 2 rounds", "--preset balanced --reinsert 2"),
     ("coarse sbvh + 8 rounds", "--preset balanced --reinsert 8"),

@@ -17,6 +17,7 @@ mod error;
 #[cfg(test)]
 mod level_tests;
 pub mod motion;
+pub mod oabb;
 pub(crate) mod passes;
 mod presplit;
 mod prim_ref;
@@ -34,7 +35,7 @@ pub use progress::{NoProgress, Progress};
 pub use recipe::names::Named;
 #[cfg(feature = "cli")]
 pub(crate) use recipe::names::nearest;
-pub use recipe::options::{Axes, BuildOptions, Clip, Levels, Method, Preset, Purpose};
+pub use recipe::options::{Axes, BuildOptions, Clip, HullBasis, Levels, Method, Preset, Purpose};
 #[cfg(feature = "cli")]
 pub(crate) use recipe::registry::PRESETS;
 pub use recipe::registry::{METHODS, MethodInfo};
@@ -75,6 +76,7 @@ pub(crate) fn initial_tree(
             let refs = references(mesh, options, exec)?;
             agglomerative::build(refs, options, exec, progress, count as u64)
         }
+        Method::Oabb => oabb::build(mesh, options, exec, progress, count as u64),
         Method::Sbvh | Method::Auto | Method::Best => {
             let slots = budgeted_slots(count, options.split_budget);
             driver::check_slots(slots)?;
@@ -96,10 +98,12 @@ pub(crate) fn bytes_to_reserve(triangles: usize, options: &BuildOptions) -> u64 
         Method::Binned | Method::Bonsai | Method::Sweep | Method::Agglomerative => {
             presplit::budgeted(triangles, options.presplit)
         }
+        Method::Oabb => triangles,
     };
     let beside = match options.method {
         Method::Sweep => sweep::BYTES_PER_REF,
         Method::Agglomerative => agglomerative::BYTES_PER_REF,
+        Method::Oabb => oabb::BYTES_PER_REF,
         Method::Binned | Method::Bonsai | Method::Sbvh | Method::Auto | Method::Best => 0,
     };
     (references as u64).saturating_mul(size_of::<PrimRef>() as u64 + beside)

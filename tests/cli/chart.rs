@@ -29,7 +29,9 @@ fn the_page_holds_every_recipe_with_its_figures_and_asks_no_network() {
     let model = &json["models"][0];
     let recipes = model["recipes"].as_array().unwrap();
     let names: Vec<&str> = recipes.iter().map(|row| row["name"].as_str().unwrap()).collect();
-    for name in ["draft", "balanced", "auto", "best", "binned", "sbvh", "bonsai", "sweep", "agglomerative", "moved"] {
+    for name in
+        ["draft", "balanced", "auto", "best", "binned", "sbvh", "bonsai", "sweep", "agglomerative", "oabb", "moved"]
+    {
         assert!(names.contains(&name), "{name} is not among {names:?}");
     }
     assert!(recipes.iter().all(|row| row["build"]["rounds"] == 3), "{json}");

@@ -5,8 +5,17 @@
 
 #[path = "../../samples/generator/failures/mod.rs"]
 mod failures;
+#[path = "../../examples/oriented/growth.rs"]
+mod growth;
 #[path = "../../samples/generator/failures/judge.rs"]
 mod judge;
+#[path = "../../examples/oriented/orient.rs"]
+mod orient;
+mod oriented;
+#[path = "../../examples/oriented/saving.rs"]
+mod saving;
+#[path = "../../examples/oriented/turned.rs"]
+mod turned;
 
 use bvhc::build::{Executor, NoProgress};
 use bvhc::cache::Image;
@@ -61,7 +70,7 @@ fn no_scene_and_no_recipe_depends_on_threads() {
     for failure in &FAILURES {
         let scene = failure.scene(SIZE);
         for (name, options) in
-            recipes().iter().filter(|(name, _)| ["sbvh", "agglomerative", "bonsai", "auto"].contains(name))
+            recipes().iter().filter(|(name, _)| ["sbvh", "agglomerative", "oabb", "bonsai", "auto"].contains(name))
         {
             let build = |exec: &Executor| {
                 let accel = compile(scene.clone(), options, exec, &NoProgress).unwrap();

@@ -1,6 +1,6 @@
 //! How a recipe does on a failure scene: what it must keep always, and what its tree costs. Counts alone, no clock.
 
-use bvhc::build::{Axes, BuildOptions, Executor, Method, NoProgress, Preset};
+use bvhc::build::{Axes, BuildOptions, Executor, HullBasis, Method, NoProgress, Preset};
 use bvhc::cache::{Image, View};
 use bvhc::compile::compile;
 use bvhc::geom::Ray;
@@ -27,6 +27,8 @@ pub fn recipes() -> Vec<(&'static str, BuildOptions)> {
         ("bonsai", method(Method::Bonsai)),
         ("sweep", sweep.clone()),
         ("agglomerative", method(Method::Agglomerative)),
+        ("oabb", method(Method::Oabb)),
+        ("oabb along leaves", BuildOptions { basis: HullBasis::Leaf, ..method(Method::Oabb) }),
         ("presplit", BuildOptions { presplit: 0.3, ..sweep.clone() }),
         ("reinsert", BuildOptions { reinsert: 4, ..sweep.clone() }),
         ("adapt", BuildOptions { adapt: 128, ..sweep.clone() }),

@@ -2,11 +2,12 @@
 
 use crate::build::cost::Sah;
 use crate::build::prim_ref::PrimRef;
+use crate::build::recipe::options::{BuildOptions, MAX_RADIUS};
 use crate::geom::Aabb;
 
 /// How clusters are merged and valued.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rules {
+pub(in crate::build) struct Rules {
     pub sah: Sah,
     pub max_leaf: u32,
     /// Neighbours to either side that a cluster looks at.
@@ -15,8 +16,27 @@ pub(super) struct Rules {
     pub scale: f32,
 }
 
+impl Rules {
+    /// What the options ask, for references in this box.
+    pub fn new(options: &BuildOptions, bounds: &Aabb) -> Rules {
+        Rules {
+            sah: Sah { traversal: options.traversal_cost, intersection: options.intersection_cost },
+            max_leaf: options.max_leaf.clamp(1, 255),
+            radius: options.radius.clamp(1, MAX_RADIUS) as usize,
+            scale: scale_of(bounds),
+        }
+    }
+
+    /// Half the box's area, in the scale of all of them.
+    #[inline(always)]
+    pub fn area(&self, bounds: &Aabb) -> f32 {
+        let [x, y, z] = [0, 1, 2].map(|a| (bounds.max[a] - bounds.min[a]) * self.scale);
+        x * y + y * z + z * x
+    }
+}
+
 /// A power of two that brings the longest side to between 1 and 2, so that no area over- or underflows.
-pub(super) fn scale_of(bounds: &Aabb) -> f32 {
+fn scale_of(bounds: &Aabb) -> f32 {
     let longest = (0..3).map(|a| f64::from(bounds.max[a]) - f64::from(bounds.min[a])).fold(0.0, f64::max);
     let exponent = if longest > 0.0 { longest.log2().floor() as i32 } else { 0 };
     2f32.powi((-exponent).clamp(-126, 126))
@@ -25,7 +45,7 @@ pub(super) fn scale_of(bounds: &Aabb) -> f32 {
 /// What a cluster weighs in the comparison of its parent with a leaf, and how much room it takes.
 #[derive(Clone, Copy, Debug, Default, bytemuck::Zeroable)]
 #[repr(C, align(16))]
-pub(super) struct Weight {
+pub(in crate::build) struct Weight {
     /// References below.
     pub count: u32,
     /// Inner nodes from this one on down; 0 where the subtree is cheaper as a leaf.
@@ -59,7 +79,7 @@ impl Weight {
 /// What is still to be merged.
 #[derive(Clone, Copy, Debug, bytemuck::Zeroable)]
 #[repr(C)]
-pub(super) struct Cluster {
+pub(in crate::build) struct Cluster {
     pub weight: Weight,
     pub bounds: Aabb,
     /// Below the number of references that of a reference, otherwise of a merge.
@@ -69,7 +89,7 @@ pub(super) struct Cluster {
 /// Two clusters that became one.
 #[derive(Clone, Copy, Debug, bytemuck::Zeroable)]
 #[repr(C)]
-pub(super) struct Merge {
+pub(in crate::build) struct Merge {
     pub children: [u32; 2],
     /// References below.
     pub count: u32,
@@ -78,7 +98,7 @@ pub(super) struct Merge {
 }
 
 /// The merges of all references into one cluster.
-pub(super) struct Forest<'a> {
+pub(in crate::build) struct Forest<'a> {
     /// In the order in which clusters number them.
     pub refs: &'a [PrimRef],
     /// Children stand before their parents. Not every place is in use.

@@ -1,17 +1,13 @@
 //! A group of clusters, merged in rounds until few are left.
 
 use super::forest::{Cluster, Merge, Rules, Weight};
+use super::pairs::{FEWEST, pair_the_rest};
 use super::window::{SIZE, Window, keep};
 use crate::build::prim_ref::PrimRef;
-use crate::geom::Aabb;
 use std::ops::Range;
 
 /// Clusters in a group at most. All that is known of them stays in the second-level cache.
 pub(super) const GROUP: usize = SIZE;
-/// In a round at least one cluster in so many must merge, or pairs are made of clusters that are not each other's best match. Growing boxes
-/// in a row, each of which likes the smaller one before it, would otherwise take a round for every merge.
-const FEWEST: usize = 16;
-
 /// What groups are made of, in order.
 #[derive(Clone, Copy)]
 pub(super) enum Inputs<'a> {
@@ -75,7 +71,7 @@ impl Group {
         match inputs {
             Inputs::References(refs, first) => {
                 for (i, r) in refs.iter().enumerate() {
-                    let weight = Weight::of_one(area(&r.bounds(), rules.scale), rules.sah);
+                    let weight = Weight::of_one(rules.area(&r.bounds()), rules.sah);
                     self.put(i, Cluster { weight, bounds: r.bounds(), number: first + i as u32 });
                 }
             }
@@ -98,7 +94,7 @@ impl Group {
             self.window.best_matches(self.left, rules, &mut self.partners);
             let mut pairs = self.list_pairs();
             if pairs * FEWEST < self.left {
-                self.make_pairs();
+                pair_the_rest(&mut self.partners[..self.left], &mut [false; GROUP][..self.left]);
                 pairs = self.list_pairs();
             }
             for at in 0..pairs {
@@ -139,35 +135,6 @@ impl Group {
         pairs
     }
 
-    /// Beside the mutual best matches, pair in order every cluster that is left with its best match if that is left too. At least one in
-    /// `4·radius + 2` clusters merges then, and in practice a third. Where areas are no numbers, pair neighbours.
-    fn make_pairs(&mut self) {
-        let partners = &mut self.partners[..self.left];
-        let mut taken = [false; GROUP];
-        for i in 0..partners.len() {
-            let partner = partners[i] as usize;
-            taken[i] = partner != i && partners[partner] as usize == i;
-        }
-        for i in 0..partners.len() {
-            let partner = partners[i] as usize;
-            if partner != i && !taken[i] && !taken[partner] {
-                (taken[i], taken[partner]) = (true, true);
-                partners[partner] = i as u32;
-            }
-        }
-        if !taken.contains(&true) {
-            for (i, partner) in partners.iter_mut().enumerate() {
-                *partner = i as u32 ^ 1;
-            }
-            // Of an odd number the last has none.
-            if let [.., last] = partners
-                && self.left % 2 == 1
-            {
-                *last = self.left as u32 - 1;
-            }
-        }
-    }
-
     /// Put both at the place of the first. The first child is the one of larger area: rays that look for any hit find one sooner there.
     #[inline(always)]
     fn join(&mut self, first: usize, second: usize, rules: &Rules, number: u32) -> Merge {
@@ -175,8 +142,8 @@ impl Group {
         let bounds = a.union(b);
         self.window.put(first, &bounds);
         let [i, j] = [first, second].map(|at| self.own[at % GROUP] as usize % (2 * GROUP));
-        let weight = Weight::joined(self.weights[i], self.weights[j], area(&bounds, rules.scale), rules);
-        let swap = area(&b, rules.scale) > area(&a, rules.scale);
+        let weight = Weight::joined(self.weights[i], self.weights[j], rules.area(&bounds), rules);
+        let swap = rules.area(&b) > rules.area(&a);
         let children = if swap { [self.names[j], self.names[i]] } else { [self.names[i], self.names[j]] };
 
         let own = self.numbered % (2 * GROUP);
@@ -184,10 +151,4 @@ impl Group {
         (self.own[first % GROUP], self.names[own], self.weights[own]) = (own as u32, number, weight);
         Merge { children, count: weight.count, inner: weight.inner }
     }
-}
-
-#[inline(always)]
-fn area(bounds: &Aabb, scale: f32) -> f32 {
-    let [x, y, z] = [0, 1, 2].map(|a| (bounds.max[a] - bounds.min[a]) * scale);
-    x * y + y * z + z * x
 }

@@ -6,22 +6,22 @@
 //! one, in the place of the first. Rounds are made in groups of neighbours until a group is a few clusters; those are put in groups anew,
 //! and so on, until one cluster is left. Subtrees that are dearer than a leaf are leaves.
 //!
-//! `morton` makes the order, `levels` the groups, `group` merges, `window` finds matches, `forest` is what comes of it, `emit` writes the
-//! tree, and `deep` does where the forest goes too deep.
+//! `morton` makes the order, `levels` the groups, `group` merges, `window` finds matches, `pairs` sees that enough of them merge, `forest` is
+//! what comes of it, `emit` writes the tree, and `deep` does where the forest goes too deep.
 
 mod deep;
 mod emit;
-mod forest;
+pub(super) mod forest;
 mod group;
 mod levels;
-mod morton;
+pub(super) mod morton;
+pub(super) mod pairs;
 mod window;
 
-use super::cost::Sah;
 use super::error::{BuildError, Remedy};
 use super::prim_ref::PrimRefs;
 use super::progress::Progress;
-use super::recipe::options::{BuildOptions, MAX_RADIUS};
+use super::recipe::options::BuildOptions;
 use super::top_down::driver::check_slots;
 use crate::exec::Executor;
 use crate::tree::{MAX_DEPTH, Tree};
@@ -43,22 +43,21 @@ pub(super) fn build(
     if input.refs.is_empty() {
         return Ok(Tree::default());
     }
-    let bounds = input.bounds;
+    let rules = forest::Rules::new(options, &input.bounds);
     progress.phase("sort");
     let refs = exec.run(|| morton::sort(input.refs, &input.centroids, exec));
-    let rules = forest::Rules {
-        sah: Sah { traversal: options.traversal_cost, intersection: options.intersection_cost },
-        max_leaf: options.max_leaf.clamp(1, 255),
-        radius: options.radius.clamp(1, MAX_RADIUS) as usize,
-        scale: forest::scale_of(&bounds),
-    };
     progress.phase("merge");
     let forest = exec.run(|| levels::cluster(&refs, &rules, exec, progress, share))?;
     progress.phase("put together");
+    Ok(tree_of(&forest, options, exec))
+}
+
+/// The tree that a forest stands for, no deeper than trees may be.
+pub(super) fn tree_of(forest: &forest::Forest, options: &BuildOptions, exec: &Executor) -> Tree {
     if forest.root.weight.height > MAX_DEPTH {
-        return Ok(deep::emit(&forest, options, exec));
+        return deep::emit(forest, options, exec);
     }
-    Ok(emit::emit(&forest, exec))
+    emit::emit(forest, exec)
 }
 
 /// Refuse more references than there are numbers for, which references and merges share.

@@ -43,7 +43,7 @@ impl Packing {
 /// Where many references share a cell of the finest grid, as a small model does in a large scene, the cell gets a grid of its
 /// own, and so on until centres are told apart or equal.
 /// `centroids` is the box of the doubled centres as far as floats tell.
-pub(super) fn sort(refs: Vec<PrimRef>, centroids: &Aabb, exec: &Executor) -> Vec<PrimRef> {
+pub(in crate::build) fn sort(refs: Vec<PrimRef>, centroids: &Aabb, exec: &Executor) -> Vec<PrimRef> {
     let packing = Packing::of(refs.len());
     let grid = Grid::over_box(centroids.min.map(f64::from), centroids.max.map(f64::from), packing);
     let mut keys = exec.generate(refs.len(), |i| {

@@ -1,6 +1,6 @@
 //! Names of the options' values: one table each for printing, parsing and help.
 
-use super::options::{Axes, Clip, Levels, Method, Preset, Purpose};
+use super::options::{Axes, Clip, HullBasis, Levels, Method, Preset, Purpose};
 use super::registry::{METHODS, PRESETS};
 use crate::build::error::BuildError;
 use std::fmt;
@@ -79,6 +79,13 @@ impl Named for Clip {
     }
 }
 
+impl Named for HullBasis {
+    const KIND: &'static str = "choice of basis";
+    fn names() -> Vec<(Self, &'static str)> {
+        vec![(HullBasis::Leaf, "leaf"), (HullBasis::Fit, "fit")]
+    }
+}
+
 impl Named for Levels {
     const KIND: &'static str = "number of levels";
     fn names() -> Vec<(Self, &'static str)> {
@@ -118,7 +125,7 @@ macro_rules! display_and_parse {
     )*};
 }
 
-display_and_parse!(Method, Axes, Clip, Levels, Purpose, Preset);
+display_and_parse!(Method, Axes, Clip, HullBasis, Levels, Purpose, Preset);
 
 #[cfg(test)]
 mod tests {
@@ -136,6 +143,7 @@ mod tests {
         round_trip::<Method>();
         round_trip::<Axes>();
         round_trip::<Clip>();
+        round_trip::<HullBasis>();
         round_trip::<Levels>();
         round_trip::<Purpose>();
         round_trip::<Preset>();

@@ -15,6 +15,9 @@ pub enum Method {
     /// Bottom-up clustering along a Morton curve (Meister and Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume
     /// Hierarchy Construction", 2018).
     Agglomerative,
+    /// The same by boxes that lie along what they hold (Aston, "Agglomerative Building and Traversal of an Object Aligned Bounding Volume
+    /// Hierarchy", 2018).
+    Oabb,
     /// Object and spatial splits (Stich, Friedrich and Dietrich, "Spatial Splits in Bounding Volume Hierarchies",
     /// 2009).
     Sbvh,
@@ -49,6 +52,16 @@ pub enum Clip {
     Box,
     /// Cut the triangle (Sutherland–Hodgman) and take the tight box of what is left.
     Exact,
+}
+
+/// Along what the box of a cluster lies, where clusters have oriented ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum HullBasis {
+    /// Along one of the two that became one, and so along some triangle: the method's original, kept because it shows how boxes then grow.
+    Leaf,
+    /// Along what suits the whole: of several candidates the one with the least box.
+    Fit,
 }
 
 /// One tree over everything, or one per mesh and one over the instances.

@@ -51,6 +51,12 @@ pub const METHODS: &[MethodInfo] = &[
         summary: "from the triangles up: neighbours on a Morton curve merge with their best match",
     },
     MethodInfo {
+        method: Method::Oabb,
+        name: "oabb",
+        revision: 1,
+        summary: "the same by boxes that lie along what they hold: those that propose to each other merge",
+    },
+    MethodInfo {
         method: Method::Auto,
         name: "auto",
         revision: 4,
@@ -117,8 +123,9 @@ impl Method {
             Method::Bonsai => 2,
             Method::Sweep => 3,
             Method::Agglomerative => 4,
-            Method::Auto => 5,
-            Method::Best => 6,
+            Method::Oabb => 5,
+            Method::Auto => 6,
+            Method::Best => 7,
         }]
     }
 

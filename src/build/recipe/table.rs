@@ -4,7 +4,7 @@
 //! The order of the rows is the order in META and in the build key. A row may be put anywhere without changing the keys of
 //! recipes that do not name it.
 
-use super::options::{Axes, Clip, Levels, Method, Preset, Purpose};
+use super::options::{Axes, Clip, HullBasis, Levels, Method, Preset, Purpose};
 use super::row::{InKey, Kind, OptionInfo, Readers, Spelling};
 use super::value::{OptionValue, names_of};
 
@@ -105,11 +105,22 @@ options! {
         name: "radius",
         placeholder: "N",
         kind: Kind::Count(1, MAX_RADIUS),
-        readers: Readers::Only(&[Method::Agglomerative]),
+        readers: Readers::Only(&[Method::Agglomerative, Method::Oabb]),
         key: InKey::Always,
         spelling: Spelling::Setting,
         help: "Neighbours to either side among which clusters look for their best match",
         details: "They are neighbours on the Morton curve. Fewer are quicker; from two on, trees are about as good on average.",
+    }
+
+    basis: HullBasis = HullBasis::Fit, {
+        name: "basis",
+        placeholder: "WHICH",
+        kind: Kind::Choice(names_of::<HullBasis>),
+        readers: Readers::Only(&[Method::Oabb]),
+        key: InKey::Always,
+        spelling: Spelling::Setting,
+        help: "Along what the box of two clusters lies: along one of both (quicker), or along what suits the whole",
+        details: "With `leaf` all boxes lie along some triangle and grow from level to level, which is the lesson of the method's author.",
     }
 
     max_leaf: u32 = 8, {

@@ -1,7 +1,7 @@
 //! The types that an option's value can have, and their text.
 
 use super::names::Named;
-use super::options::{Axes, Clip, Levels, Purpose};
+use super::options::{Axes, Clip, HullBasis, Levels, Purpose};
 use super::row::Kind;
 
 /// A type of values that stand in [`BuildOptions`](super::options::BuildOptions).
@@ -78,4 +78,4 @@ macro_rules! choices {
     )*};
 }
 
-choices!(Axes, Clip, Levels, Purpose);
+choices!(Axes, Clip, HullBasis, Levels, Purpose);

@@ -1,6 +1,6 @@
 //! What is tried, and in which order.
 
-use crate::build::{BuildOptions, Method};
+use crate::build::{BuildOptions, HullBasis, Method};
 use serde::Serialize;
 
 /// One way to build the trees of a scene.
@@ -50,6 +50,10 @@ impl Recipe {
             Method::Binned => 1.0,
             Method::Bonsai => 2.0,
             Method::Sweep => 2.5,
+            Method::Oabb => match options.basis {
+                HullBasis::Leaf => 5.0,
+                HullBasis::Fit => 12.0,
+            },
             Method::Sbvh => 4.0,
             Method::Auto => 14.0,
             Method::Best => 20.0,

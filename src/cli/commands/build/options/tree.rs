@@ -64,7 +64,7 @@ impl Args for TreeArgs {
             .value_parser(ValueParser::new(choice::<Method>()))
             .help(
                 "How trees are built: binned (object splits only), sbvh (object and spatial splits), sweep (object splits at every \
-                 plane), bonsai (many small sweep trees under one), agglomerative (neighbours merge, from the triangles up), or a search \
+                 plane), bonsai (many small sweep trees under one), agglomerative (neighbours merge, from the triangles up), oabb (the same by oriented boxes), or a search \
                  that tries several: auto (stops where the rest cannot pay) or best (the whole list)",
             );
         let setting = Arg::new(SETTING)

@@ -1,0 +1,92 @@
+//! Which subtrees of a finished tree are worth a basis of their own, by counted rays.
+
+use crate::turned::{Segment, Turned};
+use bvhc::oriented::{Basis, Extremes, OrientedBox, ditetrahedron, hull_facets, least};
+
+/// Subtrees of fewer triangles stay as they are, and those that fewer rays come to.
+const FEWEST_TRIANGLES: usize = 8;
+const FEWEST_RAYS: usize = 128;
+/// A basis is taken where rays then pay at least so much less below: one half of the rays, and the other.
+const GAIN: f64 = 0.05;
+
+/// Where bases come from.
+pub enum Choice {
+    /// Any rotation: DiTO-14 and the hull's facets.
+    Free,
+    /// The one of these in which a subtree's box is least.
+    Among(Vec<Basis>),
+}
+
+/// Rotations by quaternions of whole numbers up to 3, each once but for turns that swap axes: spread over all there are.
+pub fn discrete() -> Vec<Basis> {
+    let mut found: Vec<Basis> = Vec::new();
+    let part = |code: u32, place: u32| f64::from(code / 7u32.pow(place) % 7) - 3.0;
+    for code in 0..7u32.pow(4) {
+        let [w, x, y, z] = [0, 1, 2, 3].map(|place| part(code, place));
+        let x_axis = [w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)];
+        let y_axis = [2.0 * (x * y - w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z + w * x)];
+        let basis = Basis::along(x_axis, y_axis);
+        let is_like = |other: &Basis| {
+            let along = |axis: &[f64; 3]| other.coordinates(*axis).iter().any(|c| c.abs() > 1.0 - 1e-9);
+            basis.axes().iter().all(along)
+        };
+        if !found.iter().any(is_like) {
+            found.push(basis);
+        }
+    }
+    found
+}
+
+/// Turn what pays, from the root down; returns how many subtrees have a basis that the node above has not.
+pub fn orient(turned: &mut Turned, rays: &[Segment], choice: &Choice) -> usize {
+    let all: Vec<u32> = (0..rays.len() as u32).collect();
+    below(turned, 0, Basis::AXES, &all, rays, choice)
+}
+
+fn below(turned: &mut Turned, node: usize, above: Basis, come: &[u32], rays: &[Segment], choice: &Choice) -> usize {
+    let Some(children) = turned.children(node) else { return 0 };
+    let points = turned.points(node);
+    if points.len() < 3 * FEWEST_TRIANGLES || come.len() < FEWEST_RAYS {
+        return 0;
+    }
+    // All that is below lies along what is above.
+    let costs = |turned: &Turned| {
+        [0, 1].map(|half| {
+            let rays = come.iter().skip(half).step_by(2).map(|ray| &rays[*ray as usize]);
+            turned.work(node, &above, rays).cost()
+        })
+    };
+    let plain = costs(turned);
+    let (mut best, mut least_cost) = (above, f64::INFINITY);
+    for basis in candidates(&points, choice).into_iter().filter(|basis| *basis != above) {
+        turned.turn(node, basis);
+        let found = costs(turned);
+        let pays = (0..2).all(|half| found[half] < plain[half] * (1.0 - GAIN));
+        if pays && found[0] + found[1] < least_cost {
+            (best, least_cost) = (basis, found[0] + found[1]);
+        }
+    }
+    turned.turn(node, best);
+    let parts = turned.divided(node, come, rays);
+    let mut changes = usize::from(best != above);
+    for (child, part) in children.into_iter().zip(parts) {
+        changes += below(turned, child, best, &part, rays, choice);
+    }
+    changes
+}
+
+/// The axes, and what suits the points.
+fn candidates(points: &[[f64; 3]], choice: &Choice) -> Vec<Basis> {
+    let mut found = vec![Basis::AXES];
+    let Some(extremes) = Extremes::of_points(points) else { return found };
+    let outer = extremes.points();
+    let roughly = |basis| OrientedBox::in_basis(basis, &outer);
+    match choice {
+        Choice::Free => {
+            found.extend(least(ditetrahedron(&extremes), roughly).map(|b| b.basis));
+            found.extend(least(hull_facets(&outer), roughly).map(|b| b.basis));
+        }
+        Choice::Among(bases) => found.extend(least(bases.iter().copied(), roughly).map(|b| b.basis)),
+    }
+    found
+}
