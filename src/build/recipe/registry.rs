@@ -135,10 +135,14 @@ impl Method {
     }
 
     /// The revision of the method's output. A search's stands for its rule and for every method that it might take, adapted: their sum grows
-    /// when any of them does.
+    /// when any of them does. No search takes [`Method::Oabb`].
     pub fn revision(self) -> u32 {
         if self.is_search() {
-            let others: u32 = METHODS.iter().filter(|row| !row.method.is_search()).map(|row| row.revision).sum();
+            let others: u32 = METHODS
+                .iter()
+                .filter(|row| !row.method.is_search() && row.method != Method::Oabb)
+                .map(|row| row.revision)
+                .sum();
             self.info().revision + others + ADAPT_REVISION
         } else {
             self.info().revision
