@@ -23,6 +23,7 @@ mod read;
 mod recorded;
 mod renumber;
 mod resemblance;
+mod rounded_before;
 mod sanitize;
 mod source;
 mod validate;
@@ -286,6 +287,9 @@ impl Instance {
 
 impl Mesh {
     /// The source number of triangle `i`.
+    ///
+    /// # Panics
+    /// Where there is no such triangle or position.
     pub fn source_prim(&self, i: usize) -> u32 {
         if self.source_prims.is_empty() { i as u32 } else { self.source_prims[i] }
     }
@@ -303,12 +307,18 @@ impl Mesh {
     }
 
     /// Position `v` as exactly as it is known.
+    ///
+    /// # Panics
+    /// Where there is no such triangle or position.
     pub fn exact_position(&self, v: usize) -> [f64; 3] {
         let (position, remainder) = (self.positions[v], self.remainders.get(v).copied().unwrap_or_default());
         [0, 1, 2].map(|k| f64::from(position[k]) + f64::from(remainder[k]))
     }
 
     /// The positions of triangle `i`, in the mesh's own space.
+    ///
+    /// # Panics
+    /// Where there is no such triangle or position.
     pub fn corners(&self, i: usize) -> [Point; 3] {
         self.triangles[i].map(|v| self.positions[v as usize])
     }
@@ -324,6 +334,9 @@ impl Mesh {
     }
 
     /// The box of those corners, exact.
+    ///
+    /// # Panics
+    /// Where there is no such triangle or position.
     pub fn triangle_box(&self, i: usize) -> Aabb {
         Aabb::from_points(&self.corners(i))
     }

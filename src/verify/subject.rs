@@ -20,6 +20,9 @@ pub struct Subject<'a> {
 
 impl<'a> Subject<'a> {
     /// `scene` has no instance without triangles, as a file has none: instance numbers are those of the file.
+    ///
+    /// # Panics
+    /// Where the scene is not sound: [`Scene::validate`] finds that.
     pub fn new(view: View<'a>, scene: &'a Scene, exec: &'a Executor) -> Subject<'a> {
         Subject {
             view,

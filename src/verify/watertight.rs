@@ -13,6 +13,9 @@ use crate::trace::exact::{Ratio, meet};
 use std::cmp::Ordering;
 
 /// Edges that belong to an odd number of triangles, by their ends' positions: none in a closed mesh.
+///
+/// # Panics
+/// Where the mesh is not sound: [`Mesh::validate`] finds that.
 pub fn open_edges(mesh: &Mesh) -> Vec<[Point; 2]> {
     // -0.0 becomes +0.0, so that equal places have equal bits.
     let bits = |p: Point| p.map(|c| (c + 0.0).to_bits());
@@ -30,6 +33,9 @@ pub fn open_edges(mesh: &Mesh) -> Vec<[Point; 2]> {
 /// Close a mesh with triangles from every open edge to one point, the middle of all open edges.
 ///
 /// Every vertex has an even number of open edges, so the new edges come in pairs too.
+///
+/// # Panics
+/// Where the mesh is not sound: [`Mesh::validate`] finds that.
 pub fn close(mesh: &mut Mesh) {
     let open = open_edges(mesh);
     let count = 2.0 * open.len() as f64;
@@ -68,6 +74,9 @@ const CHUNK: usize = 1 << 8;
 /// Points inside of a closed mesh, found by trying points of its box: up to `count`, fewer where the mesh has hardly any inside.
 ///
 /// Coordinates have few bits, so that directions from them to vertices are often exact.
+///
+/// # Panics
+/// Where the mesh is not sound: [`Mesh::validate`] finds that.
 pub fn eyes_inside(mesh: &Mesh, count: usize, seed: u64, exec: &Executor) -> Vec<Point> {
     let mut random = Random::new(seed);
     let bounds = (0..mesh.triangles.len()).map(|i| mesh.triangle_box(i)).reduce(|a, b| a.union(b));

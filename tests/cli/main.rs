@@ -15,6 +15,7 @@ mod determinism;
 mod documents;
 mod extensions;
 mod forged;
+mod frame_hits;
 mod frames;
 mod hard_motions;
 mod inputs;

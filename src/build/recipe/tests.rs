@@ -123,7 +123,8 @@ fn passes_are_part_of_every_recipe_that_does_them() {
 
 #[test]
 fn a_search_has_another_revision_when_a_method_has_and_reads_no_pass() {
-    let others: u32 = METHODS.iter().filter(|row| !row.method.is_search()).map(|row| row.revision).sum();
+    let is_taken = |method: Method| !method.is_search() && method != Method::Oabb;
+    let others: u32 = METHODS.iter().filter(|row| is_taken(row.method)).map(|row| row.revision).sum();
     for method in [Method::Auto, Method::Best] {
         assert!(method.revision() > method.info().revision + others, "what it takes may be adapted");
         let plain = of(method);

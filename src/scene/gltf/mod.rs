@@ -35,7 +35,7 @@ mod whole;
 pub use extensions::{EXTENSIONS, Treatment};
 
 use super::animation::{Animation, AnimationChoice, Posed, Seconds};
-use super::precision::worst_rounding;
+use super::rounded_before::worst_rounding;
 use super::source::Source;
 use super::{Instance, Scene, SceneError};
 use crate::geom::Affine;

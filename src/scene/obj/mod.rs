@@ -41,6 +41,7 @@ use super::bounds::Bounds;
 use super::options::without_padding;
 use super::pose::split_all;
 use super::precision::{self, Loss};
+use super::rounded_before::rounded_before;
 use super::source::Source;
 use super::{Instance, Mesh, ReadReport, Rounding, Scene, SceneError};
 use crate::geom::{Affine, Point};
@@ -167,7 +168,7 @@ fn origin_for(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ([f64; 3], Roun
         }
     };
     let from_zero = Loss::of(triangles, Loss::SAMPLE, exact, about([0.0; 3]));
-    let rounded_before = precision::rounded_before(triangles, exact, from_zero.edge, 0.0);
+    let rounded_before = rounded_before(triangles, exact, from_zero.edge, 0.0);
     if from_zero.is_tolerable() {
         return ([0.0; 3], Rounding { loss: from_zero, rounded_before, grid: None });
     }

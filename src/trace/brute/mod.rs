@@ -160,6 +160,9 @@ impl<'a> Oracle<'a> {
     /// two-level file, and the vertices of a one-level file, which are the scene's, moved and rounded once.
     ///
     /// A matrix that is wrong by more than rounding still makes wrong answers: what the scene's own matrix makes certain stays so.
+    ///
+    /// # Panics
+    /// Where the scene is not sound: [`Scene::validate`] finds that.
     pub fn of_file(scene: &'a Scene, view: &View<'_>, exec: &Executor) -> Oracle<'a> {
         let mut oracle = Oracle::new(scene, exec);
         if view.tlas_nodes.is_empty() {

@@ -67,12 +67,12 @@ fn what_a_turned_node_flattens_to_a_line_is_left_out_as_behind_a_node_that_is_no
                 d["scenes"] = json!([{ "nodes": [0, 3] }]);
             })
         };
-        let line = read_json(&placed([1.0, 0.0, 0.0]));
+        let line = with(&placed([1.0, 0.0, 0.0]), Degenerate::Drop);
         assert_eq!((line.report.singular_instances, line.instances.len()), (1, 1), "{turn:?}");
         let kept = with(&placed([1.0, 0.0, 0.0]), Degenerate::Keep);
         assert_eq!((kept.report.singular_instances, kept.instances.len()), (0, 2), "{turn:?}");
         // What keeps an area stays.
-        let flat = read_json(&placed([1.0, 1.0, 0.0]));
+        let flat = with(&placed([1.0, 1.0, 0.0]), Degenerate::Drop);
         assert_eq!((flat.report.singular_instances, flat.report.degenerate_triangles), (0, 0), "{turn:?}");
     }
 }

@@ -24,6 +24,9 @@ const CAMERAS: u64 = 8;
 
 impl<'a> Sampler<'a> {
     /// Looks at every triangle once, for the bounds.
+    ///
+    /// # Panics
+    /// Where the scene is not sound: [`Scene::validate`] finds that.
     pub fn new(scene: &'a Scene) -> Sampler<'a> {
         let mut bounds = Aabb::EMPTY;
         let boxes: Vec<Aabb> = (scene.meshes.iter())
