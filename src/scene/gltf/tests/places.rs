@@ -55,24 +55,23 @@ fn what_a_turned_node_flattens_to_a_line_is_left_out_as_behind_a_node_that_is_no
     for turn in turns {
         let length = turn.iter().map(|c: &f64| c * c).sum::<f64>().sqrt();
         let turn = turn.map(|c| c / length);
-        let placed = |scale: [f64; 3]| {
+        let placed = |scale: [f64; 3], inner: [f64; 4]| {
             edited(|d| {
-                // The square stands on its edge below the node that flattens.
                 d["nodes"] = json!([
                     { "children": [1], "rotation": turn, "translation": [3, 4, 5] },
                     { "children": [2], "scale": scale },
-                    { "mesh": 0, "rotation": turn },
+                    { "mesh": 0, "rotation": inner },
                     { "mesh": 0 },
                 ]);
                 d["scenes"] = json!([{ "nodes": [0, 3] }]);
             })
         };
-        let line = with(&placed([1.0, 0.0, 0.0]), Degenerate::Drop);
+        let line = with(&placed([1.0, 0.0, 0.0], turn), Degenerate::Drop);
         assert_eq!((line.report.singular_instances, line.instances.len()), (1, 1), "{turn:?}");
-        let kept = with(&placed([1.0, 0.0, 0.0]), Degenerate::Keep);
+        let kept = with(&placed([1.0, 0.0, 0.0], turn), Degenerate::Keep);
         assert_eq!((kept.report.singular_instances, kept.instances.len()), (0, 2), "{turn:?}");
         // What keeps an area stays.
-        let flat = with(&placed([1.0, 1.0, 0.0]), Degenerate::Drop);
+        let flat = with(&placed([1.0, 1.0, 0.0], turns[0]), Degenerate::Drop);
         assert_eq!((flat.report.singular_instances, flat.report.degenerate_triangles), (0, 0), "{turn:?}");
     }
 }
