@@ -7,7 +7,7 @@
 //!
 //! The tree that comes of it is one of boxes along the axes: what the oriented ones decide is which triangles are together.
 //!
-//! All else is as in [`agglomerative`](super::agglomerative): neighbours on a Morton curve, in place of all others; enough
+//! All else is as in `agglomerative`: neighbours on a Morton curve, in place of all others; enough
 //! pairs in every round, also where none propose to each other; and the depth. `clusters` merges, `matching` finds pairs, and
 //! `outline` is what boxes are fitted around.
 
