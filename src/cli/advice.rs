@@ -26,6 +26,7 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
             Resemblance::WebPage => "it looks like a web page; download the file itself once more",
             Resemblance::Capitals => "keywords of OBJ are in small letters; export the model once more",
             Resemblance::Utf16 => "save it as UTF-8, for example with: iconv -f UTF-16 -t UTF-8 MODEL > MODEL2",
+            Resemblance::CacheFile => "name the model that it was built from; bvhc info tells which",
             Resemblance::Json => "it looks like a glTF; name it so: *.gltf",
             Resemblance::Nothing => "export the model once more as OBJ or glTF",
         },

@@ -14,6 +14,8 @@ pub enum Resemblance {
     Capitals,
     /// Text of two bytes a character.
     Utf16,
+    /// A file of trees that are built already.
+    CacheFile,
     /// JSON, so perhaps a glTF.
     Json,
     /// Nothing that is known.
@@ -46,6 +48,11 @@ impl Resemblance {
         (is_marked || is_wide).then_some(Resemblance::Utf16)
     }
 
+    /// A cache file, told by its signature.
+    pub(super) fn of_cache(bytes: &[u8]) -> Option<Resemblance> {
+        bytes.starts_with(&bvhc_core::layout::MAGIC).then_some(Resemblance::CacheFile)
+    }
+
     /// What a text most likely is that is no model.
     pub(super) fn of_text(text: &[u8]) -> Resemblance {
         Resemblance::of_stand_in(text).unwrap_or(match text.trim_ascii_start().first() {
@@ -63,6 +70,7 @@ impl fmt::Display for Resemblance {
             Resemblance::WebPage => "a web page",
             Resemblance::Capitals => "an OBJ in capitals",
             Resemblance::Utf16 => "text in UTF-16",
+            Resemblance::CacheFile => "a cache file of trees",
             Resemblance::Json => "JSON",
             Resemblance::Nothing => "something else",
         })

@@ -77,6 +77,9 @@ impl Plan {
     /// Fewest rays that the oracle judges of each set, unless that takes more than [`Plan::AT_MOST`] times its work.
     const LEAST: u64 = 16;
 
+    /// Fewest rays of a set that are traced, however long each is.
+    const FEWEST: u64 = 2;
+
     /// How many times [`Plan::oracle_work`] the fewest rays may take: where every ray meets thousands of triangles in one place, each is judged for seconds.
     const AT_MOST: u64 = 4;
 
@@ -122,13 +125,20 @@ impl Plan {
             u128::from(counters.inner_nodes + counters.triangles)
         };
         // By the share of each set: rays from far away take a hundred times as long, and there are a hundredth as many.
+        let sets = self.sets.len() as u64;
+        let enough = u128::from(Self::TRACE_WORK / 16 / sets.max(1));
         let of_set = |set: usize| {
-            let rays = self.few_of(set, sampler, exec);
-            let all: u128 = exec.map_range(rays.len(), |i| steps(&rays[i])).into_iter().sum();
-            all * u128::from(self.rays_of(set)) / (rays.len() as u128).max(1)
+            let (mut work, mut count) = (0, 0);
+            for ray in &self.few_of(set, sampler, exec) {
+                (work, count) = (work + steps(ray), count + 1);
+                if work > enough {
+                    break; // a few rays take long enough to tell
+                }
+            }
+            work * u128::from(self.rays_of(set)) / u128::max(count, 1)
         };
-        let work = (0..self.sets.len()).map(of_set).sum::<u128>().max(1);
-        let least = Self::LEAST * self.sets.len() as u64;
+        let work = exec.map_range(self.sets.len(), of_set).into_iter().sum::<u128>().max(1);
+        let least = Self::FEWEST * sets;
         let affordable = u128::from(self.rays) * u128::from(Self::TRACE_WORK) / work;
         Plan { rays: self.rays.min(u64::try_from(affordable).unwrap_or(u64::MAX).max(least)), ..self.clone() }
     }

@@ -135,3 +135,21 @@ fn flags_about_a_model_need_one() {
         }
     }
 }
+
+/// Arguments that change places, and a cache in the place of a model.
+#[test]
+fn what_is_no_cache_and_what_is_no_model_is_told_so() {
+    let place = Place::new();
+    place.write("a.obj", strip(4));
+    place.ok("build a.obj -o a.bvhc");
+    let said = place.run("check a.obj --source a.bvhc");
+    assert!(said.code == 1 && said.out.contains("E0102") && !said.err.contains("META"), "{}{}", said.out, said.err);
+    for command in ["build a.bvhc -o b.bvhc", "check a.bvhc --source a.bvhc"] {
+        let said = place.run(command);
+        assert!(
+            said.code != 0 && said.err.contains("cache file") && said.err.contains("bvhc info"),
+            "{command}: {}",
+            said.err
+        );
+    }
+}

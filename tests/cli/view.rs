@@ -233,3 +233,15 @@ fn a_page_of_a_sequence_has_its_frames() {
     };
     assert_eq!((frames(""), frames("--frame 2")), (3, 1));
 }
+
+/// A page of a still file has no frame to choose, as no picture of it has.
+#[test]
+fn a_frame_of_a_still_file_is_refused_for_pages_too() {
+    let place = Place::new();
+    place.write("a.obj", crate::strip(4));
+    place.ok("build a.obj -o a.bvhc");
+    for output in ["--html a.html", "-o a.png"] {
+        let said = place.run(&format!("view a.bvhc --frame 2 {output}"));
+        assert!(said.code != 0 && said.err.contains("still file"), "{output}: {} {}", said.code, said.err);
+    }
+}

@@ -138,11 +138,13 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
         return Ok(check_bytes(bytes.as_slice(), level, None, &limits, &context.exec));
     };
 
-    let head = Head::read(path, &caches::options(context)).ok();
-    let two_levels = head.as_ref().is_some_and(|head| head.header.has(tree_flags::TWO_LEVEL));
-    let is_vert = |head: &Head| head.sections.iter().any(|section| section.kind == SectionKind::VERT);
-    let has_vertices = head.as_ref().is_some_and(is_vert);
-    let stated = Stated { meta: head.as_ref().and_then(|head| head.meta.as_ref()), two_levels, has_vertices };
+    // What is no cache file needs no model to be told so.
+    let Ok(head) = Head::read(path, &caches::options(context)) else {
+        return Ok(check_bytes(bytes.as_slice(), level, None, &limits, &context.exec));
+    };
+    let two_levels = head.header.has(tree_flags::TWO_LEVEL);
+    let has_vertices = head.sections.iter().any(|section| section.kind == SectionKind::VERT);
+    let stated = Stated { meta: head.meta.as_ref(), two_levels, has_vertices };
     let mut first = None;
     for (read, build) in args.reading.ways(path, stated, context)? {
         let scene = source::read(model, &read, &build, context)?;

@@ -81,10 +81,11 @@ fn read(
         });
         Ok(())
     };
-    if !caches::is_sequence(path, context) {
+    // Of a still file there is no frame: opening it as a sequence says so.
+    if args.frame.is_none() && !caches::is_sequence(path, context) {
         let cache = caches::open_checked(path, context)?;
         let parts = (0..cache.view().geoms.len()).map(|row| cache.name(row as u32).to_string()).collect();
-        return add(&cache.view(), args.frame, parts);
+        return add(&cache.view(), None, parts);
     }
     let sequence = caches::open_sequence(path, context)?;
     let all: Vec<i32> = sequence.frames().iter().map(|frame| frame.number).collect();
