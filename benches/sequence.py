@@ -65,7 +65,7 @@ class Bench:
         run = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, check=False)
         if run.returncode:
             sys.exit(f"{what}: exit code {run.returncode}")
-        result = json.loads(run.stdout)["results"][0]
+        result = json.loads(run.stdout)["files"][0]
         if result["status"] != "built":
             print(f"| {what} | {result['status']} | | | | | | | |")
             return result, file

@@ -111,7 +111,7 @@ def run(command):
 def phases(command):
     """Milliseconds of reading, building, writing and all of it, as the program says."""
     told = subprocess.run(list(map(str, [*command, "--json"])), capture_output=True, text=True, check=True)
-    times = json.loads(told.stdout)["results"][0]["built"]["times"]
+    times = json.loads(told.stdout)["files"][0]["built"]["times"]
     return [times[f"{phase}_ms"] for phase in PHASES]
 
 

@@ -28,6 +28,7 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
             Resemblance::Utf16 => "save it as UTF-8, for example with: iconv -f UTF-16 -t UTF-8 MODEL > MODEL2",
             Resemblance::CacheFile => "name the model that it was built from; bvhc info tells which",
             Resemblance::Json => "it looks like a glTF; name it so: *.gltf",
+            Resemblance::Obj => "it looks like an OBJ; name it so: *.obj",
             Resemblance::Nothing => "export the model once more as OBJ or glTF",
         },
         SceneError::Degenerate { .. } => "leave them out with --degenerate drop",
@@ -42,6 +43,8 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
         }
         SceneError::TooMany { line: Some(_), .. } => "export the model in triangles, or divide such faces before",
         SceneError::TooMany { .. } => "split the model into several",
+        SceneError::NoSuchScene { count: 0, .. } => "leave out --scene: all nodes are read then",
+        SceneError::NoSuchScene { .. } => "choose one of them, or leave out --scene for the one that the file names",
         SceneError::NoSuchAnimation { count: 0, .. } => "it stands at rest: leave out --clip, --time, --fps and --play",
         SceneError::NoSuchAnimation { .. } => {
             "choose one of them by its number, or by its name letter by letter: --clip NUMBER"

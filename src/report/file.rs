@@ -97,7 +97,7 @@ impl FileReport {
     /// The figures of a file's compact trees besides.
     pub fn with_compact(self, trees: &WideView<'_, 8, CompactNode>) -> FileReport {
         let bytes = size_of_val(trees.rows) + size_of_val(trees.nodes) + size_of_val(trees.order);
-        FileReport { compact8_bytes_per_triangle: Some(per_triangle(bytes as u64, self.blas.prims)), ..self }
+        FileReport { compact8_bytes_per_triangle: Some(per_triangle(bytes as u64, self.blas.triangles)), ..self }
     }
 }
 
@@ -161,7 +161,7 @@ mod tests {
         };
         let r = FileReport::of_view("two".into(), 960, &Image::new(&two, &Executor::sequential()).unwrap().view());
         assert_eq!((r.levels, r.instances, r.instanced_triangles, r.blas.trees), (2, 3, 3, 2));
-        assert_eq!(r.tlas.unwrap().refs, 3);
+        assert_eq!(r.tlas.unwrap().references, 3);
         assert_eq!(r.blas_spread.unwrap().largest, Extreme { blas: 0, value: 1.0 });
     }
 }

@@ -3,7 +3,7 @@
 //! Fields may be added, never renamed or removed. Counts are plain numbers (all below 2⁵³), identities are lower-case hex,
 //! flag words are given as numbers and as the names of their known bits.
 
-use crate::cache::{Dependency, Header, Meta, SectionEntry, section_flags, tree_flags};
+use crate::cache::{Dependency, Header, Meta, SectionEntry, SectionKind, section_flags, tree_flags};
 use crate::scene::{AnimationChoice, Moment, ReadOptions};
 use serde::Serialize;
 
@@ -30,17 +30,19 @@ pub struct FileInfo {
     /// Identity of inputs, options and builder revision.
     pub build_key: String,
     /// Distinct triangles over all BLASes.
-    pub prim_count: u64,
+    pub triangles: u64,
     /// Records of `TRIS`, duplicates included.
-    pub ref_count: u64,
-    /// Live nodes of all trees, those over instances included.
-    pub node_count: u64,
+    pub references: u64,
+    /// Live nodes of all trees over triangles.
+    pub nodes: u64,
+    /// Live nodes of the trees over instances.
+    pub top_nodes: u64,
     /// Trees over meshes.
-    pub blas_count: u32,
+    pub trees: u32,
     /// 0 in a one-level file.
-    pub instance_count: u32,
+    pub instances: u32,
     /// 0: no sequence.
-    pub frame_count: u32,
+    pub frames: u32,
     /// Of the deepest leaf of any one tree; the root has depth 0.
     pub max_depth: u32,
     /// World bounds; all zero for an empty scene.
@@ -219,6 +221,9 @@ const SECTION_FLAG_NAMES: [(u32, &str); 3] = [
 impl FileInfo {
     /// The facts of a header and its section table, which together are one small read.
     pub fn new(header: &Header, sections: &[SectionEntry], meta: Option<MetaInfo>) -> FileInfo {
+        // All records of `TNOD` but the unused one of each tree.
+        let of_top = sections.iter().filter(|section| section.kind == SectionKind::TNOD);
+        let top_nodes = of_top.map(|section| section.elem_count.saturating_sub(1)).fold(0, u64::saturating_add);
         FileInfo {
             file_len: header.file_len,
             format: FormatVersion { major: header.major, minor: header.minor, min_minor: header.min_minor },
@@ -229,24 +234,19 @@ impl FileInfo {
             file_id: hex(&header.file_id),
             content_id: hex(&header.content_id),
             build_key: hex(&header.build_key),
-            prim_count: header.prim_count,
-            ref_count: header.ref_count,
-            node_count: header.node_count,
-            blas_count: header.blas_count,
-            instance_count: header.instance_count,
-            frame_count: header.frame_count,
+            triangles: header.prim_count,
+            references: header.ref_count,
+            nodes: header.node_count.saturating_sub(top_nodes),
+            top_nodes,
+            trees: header.blas_count,
+            instances: header.instance_count,
+            frames: header.frame_count,
             max_depth: header.max_depth,
             scene_bounds: Bounds { min: header.scene_min, max: header.scene_max },
             sections: sections.iter().map(SectionInfo::from).collect(),
             meta,
             meta_error: None,
         }
-    }
-
-    /// Those of [`FileInfo::node_count`] that are of trees over instances: all records of `TNOD` but the unused one of each tree.
-    pub fn top_nodes(&self) -> u64 {
-        let of_top = self.sections.iter().filter(|section| section.kind == "TNOD");
-        of_top.map(|section| section.elem_count.saturating_sub(1)).fold(0, u64::saturating_add)
     }
 }
 

@@ -32,12 +32,12 @@ fn of_rays(report: &FileReport, of: impl Fn(&RayReport) -> f64) -> Option<f64> {
 
 /// All of them, in the order of the table.
 pub const METRICS: [Metric; 18] = [
-    Metric { name: "triangles", about: "distinct triangles", value: |r| Some(r.blas.prims as f64) },
-    Metric { name: "references", about: "triangles in leaves", value: |r| Some(r.blas.refs as f64) },
+    Metric { name: "triangles", about: "distinct triangles", value: |r| Some(r.blas.triangles as f64) },
+    Metric { name: "references", about: "triangles in leaves", value: |r| Some(r.blas.references as f64) },
     Metric { name: "duplication", about: "references / triangles - 1", value: |r| Some(r.blas.duplication) },
     Metric { name: "nodes", about: "nodes in use, of trees over triangles", value: |r| Some(r.blas.nodes as f64) },
     Metric { name: "leaves", about: "leaves, of trees over triangles", value: |r| Some(r.blas.leaves as f64) },
-    Metric { name: "refs-per-leaf", about: "references / leaves", value: |r| Some(r.blas.refs_per_leaf) },
+    Metric { name: "refs-per-leaf", about: "references / leaves", value: |r| Some(r.blas.references_per_leaf) },
     Metric {
         name: "largest-leaf",
         about: "references in the largest leaf",

@@ -21,7 +21,7 @@ pub struct OutlineNode {
     /// What it and all below it add to the SAH of the tree, as a share of that SAH. 0 where that is 0.
     pub sah_share: f64,
     /// Triangles below it, or instances, counted once for each leaf that they stand in.
-    pub refs: u64,
+    pub references: u64,
     /// Nodes below it, itself included.
     pub nodes: u64,
     /// Depth of the deepest leaf below it, counted from it.
@@ -102,7 +102,7 @@ fn nodes(tree: &[Node], root: usize, offset: u64, depth: u32) -> Vec<OutlineNode
             max: node.max,
             area_share: share(half_area(node), area),
             sah_share: share(sums.sah, whole),
-            refs: sums.refs,
+            references: sums.refs,
             nodes: sums.nodes,
             height: sums.height,
             is_leaf: inner.is_none(),
@@ -151,7 +151,7 @@ mod tests {
             assert!((area - expected.1).abs() < 1e-9 && (cost - expected.2).abs() < 1e-9, "{shares:?}");
         }
         assert!((f64::from(sah(&tree())) - 19.4 / 7.0).abs() < 1e-6, "the SAH that is shared out is the file's");
-        assert_eq!([found[0].refs, found[0].nodes, u64::from(found[0].height)], [3, 3, 1]);
+        assert_eq!([found[0].references, found[0].nodes, u64::from(found[0].height)], [3, 3, 1]);
         assert_eq!(nodes(&tree(), 0, 0, 0).len(), 1);
         assert_eq!(nodes(&tree(), 3, 0, 5).iter().map(|n| n.node).collect::<Vec<_>>(), [3]);
     }

@@ -120,6 +120,15 @@ pub enum SceneError {
         /// They, or the first of them.
         animations: Vec<Animation>,
     },
+    /// There is no scene of the number that [`ReadOptions::scene`](super::ReadOptions::scene) asks for.
+    NoSuchScene {
+        /// The model.
+        path: PathBuf,
+        /// Which scene was meant.
+        asked: u32,
+        /// How many scenes the model has.
+        count: u64,
+    },
     /// [`ReadOptions::max_memory`](super::ReadOptions::max_memory) is too small.
     Memory {
         /// The model.
@@ -168,6 +177,7 @@ impl SceneError {
             | SceneError::NotObj { .. }
             | SceneError::InPlaceOfData { .. }
             | SceneError::NoSuchAnimation { .. }
+            | SceneError::NoSuchScene { .. }
             | SceneError::Degenerate { .. } => ErrorKind::BadModel,
             SceneError::UnknownFormat { .. }
             | SceneError::UnsupportedExtension { .. }
@@ -191,6 +201,7 @@ impl SceneError {
             | SceneError::UnsupportedExtension { path, .. }
             | SceneError::UnsupportedVersion { path, .. }
             | SceneError::NoSuchAnimation { path, .. }
+            | SceneError::NoSuchScene { path, .. }
             | SceneError::Memory { path, .. } => (path, None),
         }
     }
@@ -235,6 +246,10 @@ impl SceneError {
             }
             SceneError::NoSuchAnimation { asked, found, count, animations, .. } => {
                 return animations_to_choose(asked, *found, *count, animations);
+            }
+            SceneError::NoSuchScene { count: 0, .. } => "it has no scenes that could be chosen".to_owned(),
+            SceneError::NoSuchScene { asked, count, .. } => {
+                format!("it has no scene {asked}; its scenes are numbered from 0 to {}", count - 1)
             }
             SceneError::Memory { what, need, limit, .. } => {
                 let [need, limit] = beyond(*need, *limit);

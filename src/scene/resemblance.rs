@@ -18,6 +18,8 @@ pub enum Resemblance {
     CacheFile,
     /// JSON, so perhaps a glTF.
     Json,
+    /// Text with statements of OBJ.
+    Obj,
     /// Nothing that is known.
     Nothing,
 }
@@ -72,6 +74,7 @@ impl fmt::Display for Resemblance {
             Resemblance::Utf16 => "text in UTF-16",
             Resemblance::CacheFile => "a cache file of trees",
             Resemblance::Json => "JSON",
+            Resemblance::Obj => "an OBJ model",
             Resemblance::Nothing => "something else",
         })
     }

@@ -30,7 +30,7 @@ fn segments(place: &Place) {
 /// What building it again says, once it is seen to have made the bytes that a build of all frames makes: frames read, meshes taken, and trees built.
 fn again(place: &Place, args: &str) -> [u64; 3] {
     let json = place.ok(&format!("build in/s.%03d.obj -o s.bvhc --json {args}")).json();
-    let built = &json["results"][0]["built"]["sequence"];
+    let built = &json["files"][0]["built"]["sequence"];
     place.ok(&format!("build in/s.%03d.obj -o clean.bvhc --force {args}"));
     assert!(place.read("s.bvhc") == place.read("clean.bvhc"), "{args}: other bytes than a build of all frames makes");
     ["read", "taken", "built"].map(|count| built[count].as_u64().unwrap())

@@ -177,7 +177,7 @@ fn what_cannot_be_posed_is_refused_with_the_animations_that_there_are() {
 fn json_says_the_moment_and_what_is_told_of_it() {
     let place = Place::new();
     model(&place, "two", &["Rise", "Fall"]);
-    let built = |args: &str| place.ok(&format!("build two.gltf -o a.bvhc --json {args}")).json()["results"][0].clone();
+    let built = |args: &str| place.ok(&format!("build two.gltf -o a.bvhc --json {args}")).json()["files"][0].clone();
     let dry = built("--clip Rise --time 9 -n");
     assert_eq!((dry["status"].as_str(), dry["model"]["triangles"].as_u64()), (Some("would-build"), Some(1)));
     let done = built("--clip Rise --time 9");

@@ -160,7 +160,7 @@ fn json_is_one_document_with_every_result() {
     let said = place.run("build a.obj bad.obj -o out/ --json");
     let all = said.json();
     assert_eq!((all["schema"].as_str(), all["exit_code"].as_i64(), said.code), (Some("bvhc.build.v1"), Some(10), 10));
-    let [good, bad] = all["results"].as_array().unwrap().as_slice() else { panic!("{all}") };
+    let [good, bad] = all["files"].as_array().unwrap().as_slice() else { panic!("{all}") };
     assert_eq!((good["status"].as_str(), good["built"]["triangles"].as_u64()), (Some("built"), Some(10)));
     assert_eq!(good["build_key"].as_str().unwrap().len(), 64);
     assert!(good["built"]["times"]["total_ms"].as_f64().unwrap() > 0.0);
@@ -169,8 +169,8 @@ fn json_is_one_document_with_every_result() {
     assert_eq!((error["reason"].as_str(), error["exit_name"].as_str()), (Some("error"), Some("model")));
 
     let again = place.ok("build a.obj -o out/ --json").json();
-    assert_eq!(again["results"][0]["status"], "up-to-date");
-    assert_eq!(again["results"][0]["build_key"], good["build_key"]);
+    assert_eq!(again["files"][0]["status"], "up-to-date");
+    assert_eq!(again["files"][0]["build_key"], good["build_key"]);
 }
 
 #[test]

@@ -44,7 +44,7 @@ fn a_held_frame_is_the_one_before_under_its_own_name() {
     assert_eq!(lines.len(), 4);
     let said = place.ok("build in/heli.%04d.obj --missing hold -o out/ --json");
     let document: serde_json::Value = serde_json::from_str(&said.out).unwrap();
-    let results = document["results"].as_array().unwrap();
+    let results = document["files"].as_array().unwrap();
     let of = |key: &str| results.iter().map(|r| r[key].clone()).collect::<Vec<_>>();
     assert_eq!(of("frame"), [1, 2, 3, 4]);
     assert_eq!(results[2]["input"], "in/heli.0002.obj");

@@ -12,16 +12,17 @@ fn built(options: &str) -> Place {
 #[test]
 fn info_agrees_with_the_build_in_text_and_json() {
     let place = built("");
-    let built = place.ok("build a.obj -o a.bvhc -f --json").json()["results"][0].clone();
+    let built = place.ok("build a.obj -o a.bvhc -f --json").json()["files"][0].clone();
     let info = place.ok("info a.bvhc --json").json();
     assert_eq!(info["schema"], "bvhc.info.v1");
     let file = &info["files"][0];
     assert_eq!(file["path"], "a.bvhc");
-    for (ours, theirs) in
-        [("prim_count", "triangles"), ("ref_count", "references"), ("node_count", "nodes"), ("file_len", "file_len")]
-    {
-        assert_eq!(file[ours], built["built"][theirs], "{ours}");
+    let stats = place.ok("stats a.bvhc --json").json()["files"][0]["blas"].clone();
+    for name in ["triangles", "references", "nodes", "trees"] {
+        assert!(file[name].is_u64(), "{name}");
+        assert_eq!((&file[name], &file[name]), (&built["built"][name], &stats[name]), "{name}");
     }
+    assert_eq!(file["file_len"], built["built"]["file_len"]);
     assert_eq!(file["build_key"], built["build_key"]);
     assert_eq!(file["content_id"], built["built"]["content_id"]);
     assert_eq!(file["file_len"].as_u64().unwrap(), place.path("a.bvhc").metadata().unwrap().len());
@@ -36,7 +37,7 @@ fn info_agrees_with_the_build_in_text_and_json() {
 #[test]
 fn info_prints_single_fields_for_scripts() {
     let place = built("");
-    assert_eq!(place.ok("info a.bvhc --field prim_count").out, "4000\n");
+    assert_eq!(place.ok("info a.bvhc --field triangles").out, "4000\n");
     assert_eq!(place.ok("info a.bvhc --field content_id").out.len(), 65);
     assert_eq!(place.ok("info a.bvhc --field sections.0.type").out, "NODE\n");
     let said = place.run("info a.bvhc --field nonsense");
@@ -94,7 +95,7 @@ fn stats_show_several_files_as_columns() {
 
     let json = place.ok("stats a.bvhc b.bvhc --json").json();
     let blas = &json["files"][1]["blas"];
-    assert_eq!((blas["refs"].as_u64(), blas["duplication"].as_f64()), (Some(4000), Some(0.0)));
+    assert_eq!((blas["references"].as_u64(), blas["duplication"].as_f64()), (Some(4000), Some(0.0)));
     let leaves: u64 = blas["leaf_sizes"].as_array().unwrap().iter().map(|p| p[1].as_u64().unwrap()).sum();
     assert_eq!(blas["leaves"].as_u64(), Some(leaves));
     let (nodes, inner) =
@@ -231,7 +232,10 @@ fn every_rule_can_be_explained() {
     let text = place.ok(&format!("explain {}", ids.join(" "))).out;
     assert!(ids.iter().all(|id| text.contains(&format!("{id} "))));
     assert_eq!(place.ok("explain e0402").out, place.ok("explain node-child-order").out);
-    assert_eq!(place.run("explain E9999").code, 2);
+    let said = place.run("explain E9999");
+    assert!(said.code == 2 && !said.err.contains("did you mean"), "numbers are all alike: {}", said.err);
+    let said = place.run("explain Node-child-ordre");
+    assert!(said.code == 2 && said.err.contains("did you mean node-child-order?"), "{}", said.err);
     assert_eq!(place.ok("explain E0402 --json").json()["rules"][0]["name"], "node-child-order");
 }
 

@@ -32,7 +32,7 @@ fn warnings_are_data_in_json_and_objects_on_stderr() {
     let flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 2\nF 1 2 3\n";
     place.write("a.obj", flat);
     let told = place.ok("build a.obj -o a.bvhc --json");
-    let warnings = told.json()["results"][0]["built"]["warnings"].clone();
+    let warnings = told.json()["files"][0]["built"]["warnings"].clone();
     let kinds: Vec<&str> = warnings.as_array().unwrap().iter().map(|w| w["kind"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["without-area", "left-out"], "{warnings}");
     for line in told.err.lines() {
@@ -68,6 +68,32 @@ fn what_no_model_reads_is_refused() {
     }
     place.ok("check a.bvhc --source a.obj --allow-outside");
     place.ok("verify a.bvhc --source a.obj --ignore-extension KHR_x --device cpu --rays 100");
+}
+
+#[test]
+fn what_was_asked_wrongly_is_not_blamed_on_the_model() {
+    let place = built();
+    let (model, bin) = gltf("t");
+    place.write("t.gltf", model);
+    place.write("t.bin", bin);
+    let said = place.run("build t.gltf -o t.bvhc --scene 3");
+    assert!(said.code == 4 && said.err.contains("it has no scene 3") && said.err.contains("--scene"), "{}", said.err);
+    place.write("a.glb", strip(4));
+    let said = place.run("build a.glb -o t.bvhc");
+    assert!(said.code == 4 && said.err.contains("an OBJ model") && said.err.contains("*.obj"), "{}", said.err);
+}
+
+#[test]
+fn memory_is_told_of_what_was_built_alone() {
+    let place = built();
+    place.write("b.obj", strip(5));
+    let peak = |args: &str| place.ok(args).json()["files"][0]["built"]["peak_memory"].clone();
+    assert_eq!(peak("build a.obj b.obj -o caches/ --json"), serde_json::Value::Null, "the system counts a process");
+    let told = place.ok("build a.obj b.obj -o caches/ -f -v").err;
+    if cfg!(target_os = "linux") {
+        assert!(peak("build a.obj -o c.bvhc --json").as_u64() > Some(1 << 20));
+        assert!(told.contains("peak memory of all builds together") && !told.contains("per triangle"), "{told}");
+    }
 }
 
 #[test]
@@ -177,13 +203,17 @@ fn one_name_is_one_figure_in_build_info_and_stats() {
     let place = Place::new();
     place.write("a.gltf", instanced(9));
     place.write("t.bin", gltf("t").1);
-    let build = place.ok("build a.gltf -o a.bvhc --json").json()["results"][0]["built"].clone();
+    let build = place.ok("build a.gltf -o a.bvhc --json").json()["files"][0]["built"].clone();
     let stats = place.ok("stats a.bvhc --json").json()["files"][0].clone();
     assert_eq!(
         (build["nodes"].as_u64(), build["top_nodes"].as_u64()),
         (stats["blas"]["nodes"].as_u64(), stats["tlas"]["nodes"].as_u64())
     );
     assert_eq!(build["max_depth"], stats["blas"]["max_depth"]);
+    let told = place.ok("info a.bvhc --json").json()["files"][0].clone();
+    for name in ["triangles", "references", "nodes", "top_nodes", "trees", "instances"] {
+        assert!(told[name].is_u64() && told[name] == build[name], "{name}: {told} {build}");
+    }
     let (info, stats) = (place.ok("info a.bvhc").out, place.ok("stats a.bvhc").out);
     let row =
         |name: &str| stats.lines().find(|l| l.starts_with(name)).unwrap().split_whitespace().last().unwrap().to_owned();

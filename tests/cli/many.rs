@@ -56,7 +56,7 @@ fn many_models_are_reported_in_order_and_one_failure_stops_none() {
         assert!(told.iter().zip(begins).all(|(line, begin)| line.starts_with(begin)), "{mode}: {}", said.err);
         // Again, all but one are up to date, and a document has them in order, too.
         let again = place.run(&format!("build m*.obj -o out/ --jobs 2 --sync {mode} --json")).json();
-        let results = again["results"].as_array().unwrap();
+        let results = again["files"].as_array().unwrap();
         let states: Vec<&str> = results.iter().map(|result| result["status"].as_str().unwrap()).collect();
         assert!((0..140).all(|i| states[i] == if i == 100 { "failed" } else { "up-to-date" }), "{states:?}");
         assert!((0..140).all(|i| results[i]["input"] == format!("m{i:03}.obj")));

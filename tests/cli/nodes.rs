@@ -99,7 +99,7 @@ fn sequences_have_no_compact_trees() {
     assert_eq!(said.code, 2);
     assert!(said.err.contains("this is a sequence"), "{}", said.err);
     let first = place.ok("info heli.bvhc --json").out;
-    assert!(first.contains("\"frame_count\""));
+    assert!(first.contains("\"frames\""));
     let said = place.run("convert heli.bvhc -o frame.bvhc --frame 1 --nodes compact8");
     assert_eq!(said.code, 0, "{}", said.err);
     assert_eq!(place.run("check frame.bvhc").code, 0);

@@ -185,7 +185,7 @@ fn what_a_morph_target_moves_beyond_the_range_is_not_called_nan() {
         {"bufferView":1,"componentType":5126,"count":3,"type":"VEC3","min":[3e38,0,0],"max":[3e38,0,0]}]}"#,
     );
     let said = place.ok("build a.gltf -o a.bvhc --json");
-    let read = &said.json()["results"][0]["built"]["read"];
+    let read = &said.json()["files"][0]["built"]["read"];
     assert_eq!((read["out_of_range_triangles"].as_u64(), read["non_finite_triangles"].as_u64()), (Some(1), Some(0)));
     assert!(said.err.contains("1.5e39") && !said.err.contains("NaN"), "{}", said.err);
 }

@@ -57,9 +57,9 @@ fn the_frames_of_a_pattern_become_one_file() {
     );
 
     let json = place.ok("build in/wave.%03d.obj -o wave.bvhc --trees first --force --json").json();
-    assert_eq!(json["results"][0]["built"]["duplication"], 0.0, "parts of triangles cannot follow");
-    assert!(json["results"][0]["built"]["sah"].is_null(), "each frame has its own");
-    let frames = json["results"][0]["built"]["sequence"]["frames"].as_array().unwrap();
+    assert_eq!(json["files"][0]["built"]["duplication"], 0.0, "parts of triangles cannot follow");
+    assert!(json["files"][0]["built"]["sah"].is_null(), "each frame has its own");
+    let frames = json["files"][0]["built"]["sequence"]["frames"].as_array().unwrap();
     assert_eq!(frames.iter().map(|f| f["number"].as_i64().unwrap()).collect::<Vec<_>>(), [1, 2, 3, 4, 5]);
     assert!(frames[1]["worst_ratio"].as_f64().unwrap() > 0.9);
     let inputs = place.ok("build in/wave.%03d.obj -o wave.bvhc --trees first --depfile wave.d");
@@ -345,7 +345,7 @@ fn a_compact_file_is_the_same_and_a_grid_is_told() {
     place.ok("convert grid.bvhc -o frame.bvhc --frame 5");
     place.ok("check frame.bvhc --source in/wave.005.obj");
     let still = place.ok("build in/wave.001.obj -o still.bvhc --vertex-bits 12 --json").json();
-    let loss = &still["results"][0]["built"]["rounding"]["grid"];
+    let loss = &still["files"][0]["built"]["rounding"]["grid"];
     assert!(loss["farthest"].as_f64().is_some_and(|moved| moved > 0.0 && moved < 9.0 / 2048.0), "{still}");
     let checked = place.ok("check still.bvhc --source in/wave.001.obj");
     assert!(

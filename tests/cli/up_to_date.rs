@@ -51,7 +51,7 @@ fn a_forced_build_does_not_ask_what_it_replaces() {
     let reason = |args: &str| {
         let said = place.ok(&format!("build a.obj -o a.bvhc --force --json {args}")).out;
         let document: serde_json::Value = serde_json::from_str(&said).unwrap();
-        document["results"][0]["reason"].as_str().unwrap().to_owned()
+        document["files"][0]["reason"].as_str().unwrap().to_owned()
     };
     let whole = place.read("a.bvhc");
     assert_eq!([reason(""), reason("-O max-leaf=4")], ["forced", "forced"]);

@@ -108,16 +108,16 @@ fn an_outline_has_the_nodes_and_their_shares() {
     let nodes = place.ok("view binned.bvhc --tree --depth 3 --json").json()["tree"]["nodes"].clone();
     let nodes = nodes.as_array().unwrap();
     let at = |depth: u64| nodes.iter().filter(move |n| n["depth"] == depth);
-    let refs = |depth: u64| at(depth).map(|n| n["refs"].as_u64().unwrap()).sum::<u64>();
+    let refs = |depth: u64| at(depth).map(|n| n["references"].as_u64().unwrap()).sum::<u64>();
     assert_eq!((at(1).count(), refs(0), refs(1), refs(2)), (2, refs(0), refs(0), refs(0)));
     let cost = |depth: u64| at(depth).map(|n| n["sah_share"].as_f64().unwrap()).sum::<f64>();
     assert!(cost(0) == 1.0 && cost(1) < 1.0 && cost(2) < cost(1));
 
     // One of them alone, and a picture of it.
     let child = at(1).next().unwrap();
-    let (number, below) = (child["node"].as_u64().unwrap(), child["refs"].as_u64().unwrap());
+    let (number, below) = (child["node"].as_u64().unwrap(), child["references"].as_u64().unwrap());
     let alone = place.ok(&format!("view binned.bvhc --tree --depth 0 --root {number} --json")).json();
-    assert_eq!(alone["tree"]["nodes"][0]["refs"], below);
+    assert_eq!(alone["tree"]["nodes"][0]["references"], below);
     let text = place.ok("view binned.bvhc --tree --depth 1").out;
     assert!(text.lines().nth(1).unwrap().starts_with("0 ") && text.contains(&format!("├ {number} ")), "{text}");
     let hits = |root: &str| {

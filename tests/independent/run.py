@@ -96,7 +96,7 @@ def differs(text):
 def said(done):
     """The reason of a refusal, from the JSON that the tool prints."""
     try:
-        return "; ".join(json.loads(done.stdout)["results"][0]["error"]["facts"])
+        return "; ".join(json.loads(done.stdout)["files"][0]["error"]["facts"])
     except (ValueError, KeyError, IndexError):
         return done.stderr.decode("utf-8", "replace").strip()[-500:]
 

@@ -1,5 +1,6 @@
 //! `bvhc explain`: what a finding of `check` means.
 
+use crate::build::nearest;
 use crate::cache::rules;
 use crate::cli::Context;
 use crate::cli::advice;
@@ -90,7 +91,12 @@ fn object(rule: &rules::Rule) -> RuleObject<'_> {
 }
 
 fn unknown(id: &str) -> Failure {
-    Failure::new(Exit::Usage, format!("cannot explain {}", names::escape(id)))
-        .fact("no rule has this number or name")
-        .help("bvhc explain --list shows all of them")
+    let failure = Failure::new(Exit::Usage, format!("cannot explain {}", names::escape(id)))
+        .fact("no rule has this number or name");
+    // Of numbers the neighbour is as near as what was meant.
+    let choices: Vec<&str> = rules::all().map(|rule| rule.name).collect();
+    failure.help(match nearest(&id.to_ascii_lowercase(), &choices) {
+        Some(name) => format!("did you mean {name}? bvhc explain --list shows all of them"),
+        None => "bvhc explain --list shows all of them".to_owned(),
+    })
 }

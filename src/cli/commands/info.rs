@@ -93,7 +93,7 @@ fn text(info: &FileInfo) -> String {
     rows.push(("builder", format!("{builder}{tool}")));
 
     // Counts, then what the flags mean for a renderer.
-    if info.frame_count > 0 {
+    if info.frames > 0 {
         rows.extend(of_frames(info));
     } else {
         rows.push(("tree", of_trees(info)));
@@ -132,17 +132,17 @@ fn text(info: &FileInfo) -> String {
 
 /// The trees of a still file, by the names and with the figures of `build` and `stats`.
 fn of_trees(info: &FileInfo) -> String {
-    let [tris, refs] = [info.prim_count, info.ref_count].map(figures::count);
-    let nodes = figures::count(info.node_count.saturating_sub(info.top_nodes()));
-    if info.instance_count == 0 {
+    let [tris, refs] = [info.triangles, info.references].map(figures::count);
+    let nodes = figures::count(info.nodes);
+    if info.instances == 0 {
         return format!("{nodes} nodes · {tris} tris · {refs} refs · depth {}", info.max_depth);
     }
     // The header has one depth for both levels.
     format!(
         "{nodes} nodes · {tris} tris · {refs} refs · {} trees · {} instances · {} top-level nodes · deepest leaf of any level at {}",
-        figures::count(info.blas_count),
-        figures::count(info.instance_count),
-        figures::count(info.top_nodes()),
+        figures::count(info.trees),
+        figures::count(info.instances),
+        figures::count(info.top_nodes),
         info.max_depth
     )
 }
@@ -151,16 +151,16 @@ fn of_trees(info: &FileInfo) -> String {
 fn of_frames(info: &FileInfo) -> [(&'static str, String); 2] {
     let counted = figures::counted;
     let poses = info.sections.iter().find(|section| section.kind == "POSE").map_or(0, |section| section.elem_count);
-    let nodes = info.node_count.saturating_sub(info.top_nodes());
+    let nodes = info.nodes;
     let frames = [
-        counted(u64::from(info.frame_count), "frame", "frames"),
-        counted(u64::from(info.blas_count), "topology", "topologies"),
+        counted(u64::from(info.frames), "frame", "frames"),
+        counted(u64::from(info.trees), "topology", "topologies"),
         counted(poses, "pose", "poses"),
     ];
     let stored = [
-        format!("{} in all topologies", counted(info.prim_count, "tri", "tris")),
+        format!("{} in all topologies", counted(info.triangles, "tri", "tris")),
         format!("{} in all poses", counted(nodes, "node", "nodes")),
-        format!("{} in all placements", counted(u64::from(info.instance_count), "instance", "instances")),
+        format!("{} in all placements", counted(u64::from(info.instances), "instance", "instances")),
         format!("deepest leaf of any level at {}", info.max_depth),
     ];
     [("frames", frames.join(" · ")), ("stored", stored.join(" · "))]

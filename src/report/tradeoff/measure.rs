@@ -189,7 +189,7 @@ impl<'a> Contest<'a> {
             build: Times::default(),
             rays: RayReport::of_view(&view, self.effort.rays, self.exec),
             nodes: file.blas.nodes,
-            references: file.blas.refs,
+            references: file.blas.references,
             depth: file.blas.max_depth,
             sah: file.blas.sah,
             notes,

@@ -2,7 +2,7 @@ use super::extensions;
 use super::present::placing_extensions;
 use super::whole::{Index, Whole};
 use crate::scene::source::Source;
-use crate::scene::{Resemblance, SceneError};
+use crate::scene::{Format, Resemblance, SceneError};
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
 use serde_json::value::RawValue;
@@ -181,7 +181,8 @@ impl Document {
         source.charge(json.len() as u64 + structures, "its JSON")?;
         let looks_like_json = json.trim_ascii_start().first().is_none_or(|&b| b == b'{');
         if !looks_like_json {
-            if let Some(resembles) = Resemblance::of_stand_in(json) {
+            let obj = || (Format::sniff(json) == Some(Format::Obj)).then_some(Resemblance::Obj);
+            if let Some(resembles) = Resemblance::of_stand_in(json).or_else(obj) {
                 let (path, what) = (source.path.to_owned(), "the file".to_owned());
                 return Err(SceneError::InPlaceOfData { path, what, resembles });
             }

@@ -79,8 +79,8 @@ fn roots(document: &Document, source: &Source) -> Result<Vec<u32>, SceneError> {
     let count = document.scenes.len();
     let chosen = match (source.options.scene, document.scene.map(|s| s.0)) {
         (Some(asked), _) if asked as usize >= count => {
-            let reason = format!("scene {asked} was asked for, but it has {count}");
-            return Err(SceneError::malformed(source.path, reason));
+            let path = source.path.to_owned();
+            return Err(SceneError::NoSuchScene { path, asked, count: count as u64 });
         }
         (Some(asked), _) => asked,
         (None, Some(default)) if default as usize >= count => {

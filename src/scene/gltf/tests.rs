@@ -293,7 +293,13 @@ fn scenes_are_chosen_by_request_default_and_order() {
     assert_eq!(instances(&with_default, Some(0)).unwrap(), 1);
     assert_eq!(instances(&document, Some(2)).unwrap(), 0);
     assert_eq!(instances(&none, None).unwrap(), 3);
-    assert!(instances(&document, Some(3)).unwrap_err().to_string().contains("scene 3 was asked for, but it has 3"));
+    assert!(
+        instances(&document, Some(3))
+            .unwrap_err()
+            .to_string()
+            .contains("it has no scene 3; its scenes are numbered from 0 to 2")
+    );
+    assert!(instances(&none, Some(0)).unwrap_err().to_string().contains("it has no scenes that could be chosen"));
     with_default["scene"] = 7.into();
     assert!(error(&with_default).contains("its default scene is 7"));
 }

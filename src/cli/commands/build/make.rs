@@ -36,6 +36,8 @@ pub struct Workshop<'a> {
     pub read: ReadOptions,
     pub codec: Codec,
     pub recipe: Recipe,
+    /// It builds one output and no others.
+    pub alone: bool,
     /// Temporary files of earlier runs.
     pub strays: Arc<Strays>,
 }
@@ -67,7 +69,7 @@ impl<'a> Workshop<'a> {
     pub fn with(&self, context: &'a Context) -> Workshop<'a> {
         let read = ReadOptions { max_memory: context.global.max_memory, ..self.read.clone() };
         let (build, recipe, strays) = (self.build.clone(), self.recipe.clone(), self.strays.clone());
-        Workshop { args: self.args, context, build, read, codec: self.codec, recipe, strays }
+        Workshop { args: self.args, context, build, read, codec: self.codec, recipe, alone: self.alone, strays }
     }
 
     /// Read, and say all that a build would say before it builds.

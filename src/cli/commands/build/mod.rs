@@ -25,6 +25,7 @@ use crate::cli::names;
 use crate::cli::outputs;
 use crate::report::info::hex;
 use crate::scene::ReadOptions;
+use crate::size::bytes;
 use clap::{Args, ValueEnum};
 use dependencies::DepfileArgs;
 use frames::FrameArgs;
@@ -116,12 +117,12 @@ const EXAMPLES: &str = "Examples:
 struct Document<'a> {
     schema: &'static str,
     exit_code: u8,
-    results: &'a [Outcome],
+    files: &'a [Outcome],
 }
 
 pub fn run(args: &BuildArgs, context: &Context) -> Result<Exit, Failure> {
     let jobs = plan::jobs(args, inputs::expand(args, context)?)?;
-    let workshop = workshop(args, context)?;
+    let workshop = workshop(args, context, jobs.len() == 1)?;
     if let Some(note) = args.tree.search_given_up(&workshop.build) {
         context.terminal.note(&note);
     }
@@ -137,22 +138,25 @@ pub fn run(args: &BuildArgs, context: &Context) -> Result<Exit, Failure> {
         exit = Exit::Negative;
     }
     if context.terminal.json {
-        let document = Document { schema: "bvhc.build.v1", exit_code: exit.code(), results: &outcomes };
+        let document = Document { schema: "bvhc.build.v1", exit_code: exit.code(), files: &outcomes };
         context.terminal.document(&document)?;
     } else if jobs.len() > 1 {
         context.terminal.note(&summary(&outcomes));
+        if let Some(peak) = outcome::peak_memory() {
+            context.terminal.detail(&format!("peak memory of all builds together: {}", bytes(peak)));
+        }
     }
     Ok(exit)
 }
 
-fn workshop<'a>(args: &'a BuildArgs, context: &'a Context) -> Result<Workshop<'a>, Failure> {
+fn workshop<'a>(args: &'a BuildArgs, context: &'a Context, alone: bool) -> Result<Workshop<'a>, Failure> {
     let build = args.tree.resolve().map_err(|e| caches::build_failure(&e))?;
     let read = ReadOptions { max_memory: context.global.max_memory, ..args.read.resolve() };
     let method = build.method;
     let mut recipe =
         Recipe { method: method.to_string(), builder_revision: build.revision(), options: build.effective() };
     recipe.options.extend(read.effective());
-    Ok(Workshop { args, context, build, read, codec: args.codec, recipe, strays: Arc::default() })
+    Ok(Workshop { args, context, build, read, codec: args.codec, recipe, alone, strays: Arc::default() })
 }
 
 /// Do one job and report it at once.
@@ -281,10 +285,12 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
 
 /// What is left once the output is in its place; the line says what was done.
 fn finish(job: &Job, settled: Settled, workshop: &Workshop) -> Result<(Outcome, String), Failure> {
-    let (made, reason) = match settled {
+    let (mut made, reason) = match settled {
         Settled::Done(outcome, line) => return Ok((*outcome, line)),
         Settled::Written(written) => (written.made, written.reason),
     };
+    // The system counts a process, and cannot tell what each of several builds holds.
+    made.built.peak_memory = outcome::peak_memory().filter(|_| workshop.alone);
     let (args, context) = (workshop.args, workshop.context);
     if let Some(file_id) = made.file_id.filter(|_| !args.no_check) {
         workshop.check(job, file_id)?;

@@ -15,7 +15,7 @@ use crate::size::bytes;
 use serde::Serialize;
 use std::time::Duration;
 
-/// One element of `results` in `bvhc build --json`.
+/// One element of `files` in `bvhc build --json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Outcome {
     pub input: String,
@@ -73,7 +73,7 @@ pub struct Built {
     #[serde(flatten)]
     pub arrival: Arrival,
     pub times: Times,
-    /// Largest resident set of the process so far, in bytes, where the system tells.
+    /// Largest resident set of the process, in bytes: where it built nothing else, and the system tells.
     pub peak_memory: Option<u64>,
 }
 
@@ -212,7 +212,7 @@ impl Built {
             sequence: None,
             arrival,
             times,
-            peak_memory: peak_memory(),
+            peak_memory: None,
         }
     }
 
@@ -220,12 +220,12 @@ impl Built {
     pub fn of_sequence(sequence: SequenceBuilt, written: &WriteSummary, arrival: Arrival, times: Times) -> Built {
         let header = &written.header;
         let extra = header.ref_count.saturating_sub(header.prim_count);
-        let top_nodes = FileInfo::new(header, &written.sections, None).top_nodes();
+        let FileInfo { nodes, top_nodes, .. } = FileInfo::new(header, &written.sections, None);
         Built {
             triangles: header.prim_count,
             references: header.ref_count,
             duplication: if header.prim_count == 0 { 0.0 } else { extra as f64 / header.prim_count as f64 },
-            nodes: header.node_count - top_nodes,
+            nodes,
             top_nodes,
             trees: u64::from(header.blas_count),
             instances: u64::from(header.instance_count),
@@ -237,7 +237,7 @@ impl Built {
             sequence: Some(sequence),
             arrival,
             times,
-            peak_memory: peak_memory(),
+            peak_memory: None,
         }
     }
 
@@ -299,7 +299,7 @@ impl Built {
 }
 
 /// `VmHWM` of Linux; other systems do not tell without more code than the figure is worth.
-fn peak_memory() -> Option<u64> {
+pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)

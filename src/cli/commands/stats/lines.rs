@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 type Column = (&'static str, fn(&FileReport) -> String);
 
 const COLUMNS: [Column; 8] = [
-    ("triangles", |r| figures::count(r.blas.prims)),
+    ("triangles", |r| figures::count(r.blas.triangles)),
     ("duplicated", |r| format!("{:+.1} %", r.blas.duplication * 100.0)),
     ("nodes", |r| figures::count(r.blas.nodes)),
     ("depth", |r| r.blas.max_depth.to_string()),

@@ -17,7 +17,7 @@ pub fn text(outline: &Outline) -> String {
             [
                 percent(node.area_share),
                 percent(node.sah_share),
-                figures::count(node.refs),
+                figures::count(node.references),
                 figures::count(node.nodes),
                 node.height.to_string(),
                 format!("{} to {}", corner(node.min), corner(node.max)),
@@ -63,7 +63,7 @@ mod tests {
             max: [1.0; 3],
             area_share: 1.0,
             sah_share: 1.0,
-            refs: 1,
+            references: 1,
             nodes: 1,
             height: 0,
             is_leaf: depth == 2,
