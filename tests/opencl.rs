@@ -269,10 +269,27 @@ fn mistakes_in_the_kernel_show() {
     let rays = all_rays(&scene, 2000);
     let want = Cpu::new(image.view(), &EXEC).trace(&rays, Query::Closest).expect("a tree");
     for fault in [Fault::DroppedChild, Fault::WrongOctant] {
-        let Some(context) = opencl(Options { fault: Some(fault), ..Options::default() }) else { return };
+        let options = Options { fault: Some(fault), believed: true, ..Options::default() };
+        let Some(context) = opencl(options) else { return };
         let got = OpenCl::new(context, image.view()).expect("memory").trace(&rays, Query::Closest).expect("a tree");
         let wrong = got.iter().zip(&want).filter(|(a, b)| a != b).count();
         assert!(wrong > rays.len() / 100, "{fault:?}: {wrong}");
+    }
+}
+
+#[test]
+fn a_device_that_computes_a_known_scene_wrongly_is_not_believed() {
+    let Some(device) = native().map(|context| context.info().index) else { return };
+    for fault in [Fault::DroppedChild, Fault::WrongOctant] {
+        match Context::open(device, Options { fault: Some(fault), ..Options::default() }) {
+            Err(error @ DeviceError::SelfTest { .. }) => {
+                let text = error.to_string();
+                println!("{text}");
+                assert!(text.contains("are not the CPU's") && text.contains("the ray from ["), "{text}");
+            }
+            Err(error) => panic!("{fault:?}: {error}"),
+            Ok(_) => panic!("{fault:?}: it is believed"),
+        }
     }
 }
 

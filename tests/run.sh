@@ -148,6 +148,13 @@ if [ $quick = 0 ]; then
     done
     if python3 -c 'import venv, ensurepip' >/dev/null 2>&1; then
         status=0
+        part "OpenCL drivers" tests/users/drivers.py target/release/bvhc pocl intel || status=$?
+        if [ $status = 77 ]; then
+            skip "OpenCL drivers: none could be had, see above"
+        elif [ $status != 0 ]; then
+            exit $status
+        fi
+        status=0
         log=$(mktemp)
         independent() { BVHC_TOOL=target/release/bvhc tests/independent/run.sh 2>&1 | tee "$log"; }
         part "the independent reading: a second reader of OBJ and glTF" independent || status=$?

@@ -140,6 +140,7 @@ pub fn for_device(error: &DeviceError) -> Option<&'static str> {
         DeviceError::Unusable { .. } => "choose another one from: bvhc verify --list-devices",
         DeviceError::OutOfMemory { .. } | DeviceError::TooMany { .. } => "pass --device cpu",
         DeviceError::Build { .. } => "update the driver and report this log, or pass --device cpu",
+        DeviceError::SelfTest { .. } => "update the driver and report this to its makers, or pass --device cpu",
         DeviceError::Runtime { .. } => "update the driver, or pass --device cpu",
         DeviceError::Malformed { .. } => "bvhc check FILE",
     })

@@ -109,6 +109,17 @@ pub enum DeviceError {
         /// What the driver's compiler says.
         log: String,
     },
+    /// It answers rays of known scenes otherwise than the CPU, so that no answer of it can be believed.
+    SelfTest {
+        /// The device's name.
+        device: String,
+        /// Questions that were asked: whether and where each ray hits.
+        asked: usize,
+        /// Questions that were answered otherwise.
+        wrong: usize,
+        /// The first of them, and both answers.
+        first: String,
+    },
     /// A call to the driver failed.
     Runtime {
         /// The device's name.
@@ -131,6 +142,7 @@ impl DeviceError {
             DeviceError::NoSuchDevice { index, .. } => format!("cannot use OpenCL device {index}"),
             DeviceError::Unusable { device, .. }
             | DeviceError::OutOfMemory { device, .. }
+            | DeviceError::SelfTest { device, .. }
             | DeviceError::TooMany { device, .. } => format!("cannot use {device}"),
             DeviceError::Build { device, .. } => format!("cannot compile the kernels for {device}"),
         }
@@ -170,6 +182,10 @@ impl DeviceError {
                 let lines = log.lines().map(str::trim).filter(|line| !line.is_empty());
                 std::iter::once(status.as_str()).chain(lines).map(str::to_owned).collect()
             }
+            DeviceError::SelfTest { asked, wrong, first, .. } => vec![
+                format!("it fails its self-test: of {asked} answers about known scenes, {wrong} are not the CPU's"),
+                format!("the first is the one about the ray {first}"),
+            ],
             DeviceError::Runtime { call, status, .. } => vec![format!("{call} failed with {status}")],
         }
     }

@@ -1,9 +1,11 @@
 use super::driver::{Context as Handle, DeviceId, Kernel, Program, Queue, Status};
 use super::list::{DeviceInfo, failed, found};
 use super::probe::{Deviation, concerns_f64, probe, sentence};
+use super::self_test::self_test;
 use crate::verify::DeviceError;
 use std::ffi::{CStr, CString};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 /// How a device is used; the default asks the device itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -17,6 +19,9 @@ pub struct Options {
     /// Compile the kernels with a mistake in them: for tests that verification finds it.
     #[cfg(feature = "testing")]
     pub fault: Option<Fault>,
+    /// Leave out the self-test: for tests that verification finds what it would find.
+    #[cfg(feature = "testing")]
+    pub believed: bool,
 }
 
 /// A mistake to plant.
@@ -37,6 +42,7 @@ pub struct Context {
     pub(super) id: DeviceId,
     pub(super) soft_f64: bool,
     pub(super) deviation: Option<String>,
+    pub(super) self_test_took: Duration,
     /// What was compiled so far; most files need the same.
     programs: Mutex<Vec<(Parts, Arc<Program>)>>,
     /// Last, in this order, so that what belongs to the context goes before it.
@@ -48,7 +54,7 @@ impl Context {
     /// Open device `index` of [`list_devices`](super::list_devices).
     ///
     /// # Errors
-    /// Where there is no OpenCL or no such device, and where it is unusable.
+    /// Where there is no OpenCL or no such device, where it is unusable, and where it answers rays of a known scene otherwise than the CPU.
     pub fn open(index: usize, options: Options) -> Result<Context, DeviceError> {
         let found = found()?;
         let Some((info, id)) = found.get(index).cloned() else {
@@ -62,8 +68,17 @@ impl Context {
         let handle = Handle::new(id).map_err(fails)?;
         let queue = handle.queue(id).map_err(fails)?;
         let soft_f64 = options.soft_f64 || !info.fp64;
-        let mut context =
-            Context { info, options, id, soft_f64, deviation: None, programs: Mutex::default(), queue, handle };
+        let mut context = Context {
+            info,
+            options,
+            id,
+            soft_f64,
+            deviation: None,
+            self_test_took: Duration::ZERO,
+            programs: Mutex::default(),
+            queue,
+            handle,
+        };
 
         // Probe the arithmetic. Where only the device's f64 is not what it should be, do without it.
         let mut deviations = context.probe()?;
@@ -72,6 +87,12 @@ impl Context {
             deviations = context.probe()?;
         }
         context.deviation = sentence(&deviations);
+
+        #[cfg(feature = "testing")]
+        if context.options.believed {
+            return Ok(context);
+        }
+        context.self_test_took = self_test(&context)?;
         Ok(context)
     }
 

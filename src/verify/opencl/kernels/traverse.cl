@@ -4,6 +4,14 @@
 // It is as careful as the Rust twin (src/trace/traverse.rs): on a malformed tree it ends with a status, and reads
 // nothing out of bounds.
 
+// Rays that lie side by side take different ways. A compiler that puts them into the lanes of one vector has all of them wait for the longest way, and do both
+// sides of each branch. Intel's driver for processors does that unless it is told not to.
+#ifdef cl_intel_vec_len_hint
+#define ONE_RAY_AT_A_TIME __attribute__((intel_vec_len_hint(1)))
+#else
+#define ONE_RAY_AT_A_TIME
+#endif
+
 #define MAX_DEPTH 64
 #define MAX_LEAF 255u
 
@@ -193,7 +201,7 @@ static bool trace_blas(const Scene *scene, Blas blas, uint instance, Real3 origi
 }
 
 // Trace ray by ray. With `any` the answer is whether there is a hit, and the walk ends at the first.
-__kernel void traverse(SCENE_PARAMETERS, __global const Ray *rays, __global Hit *hits, uint ray_count, uint any) {
+__kernel ONE_RAY_AT_A_TIME void traverse(SCENE_PARAMETERS, __global const Ray *rays, __global Hit *hits, uint ray_count, uint any) {
     size_t id = get_global_id(0);
     if (id >= ray_count)
         return;

@@ -1,0 +1,61 @@
+//! Is a device to be believed? It traces rays through small scenes before it traces any file, and the CPU knows the answers. So a driver that compiles a kernel
+//! wrongly is told from a file that is wrong, and no file is blamed for it.
+
+use super::context::Context;
+use super::trace::OpenCl;
+use crate::build::{BuildOptions, Executor, NoProgress};
+use crate::cache::Image;
+use crate::compile::compile;
+use crate::geom::Ray;
+use crate::trace::rays::grid::GridScene;
+use crate::verify::{Cpu, Device, DeviceError, HitRecord, Query};
+use std::time::{Duration, Instant};
+
+/// Scenes of whole numbers, one of them with instances. No sum or product rounds in them, so that a device may only differ in the last bits of a quotient.
+const SCENES: u64 = 4;
+/// Rays through each scene. They are few enough that a device that computes `f64` in integers on a processor answers within a second.
+const RAYS: usize = 64;
+
+/// How long the device took for the answers.
+///
+/// # Errors
+/// [`DeviceError::SelfTest`] where the device's answers are not those of the CPU, and where it cannot trace at all.
+pub(super) fn self_test(context: &Context) -> Result<Duration, DeviceError> {
+    let exec = Executor::sequential();
+    let (mut wrong, mut first, mut asked, mut took) = (0, None, 0, Duration::ZERO);
+    for seed in 0..SCENES {
+        let GridScene { scene, rays } = GridScene::new(seed, RAYS);
+        let built = compile(scene, &BuildOptions::default(), &exec, &NoProgress);
+        let Some(image) = built.ok().and_then(|built| Image::new(&built, &exec).ok()) else { continue };
+        let mut device = OpenCl::new(context, image.view())?;
+        for query in [Query::Closest, Query::Any] {
+            let expected = Cpu::new(image.view(), &exec).trace(&rays, query)?;
+            let began = Instant::now();
+            let answers = device.trace(&rays, query)?;
+            took += began.elapsed();
+            asked += answers.len();
+            for ((ray, expected), got) in rays.iter().zip(expected).zip(answers) {
+                let same = match context.deviation {
+                    None => got == expected,
+                    Some(_) => got.is_hit() == expected.is_hit(),
+                };
+                if !same {
+                    wrong += 1;
+                    first.get_or_insert_with(|| told(ray, expected, got));
+                }
+            }
+        }
+    }
+    match first {
+        None => Ok(took),
+        Some(first) => Err(DeviceError::SelfTest { device: context.info.summary(), asked, wrong, first }),
+    }
+}
+
+fn told(ray: &Ray, expected: HitRecord, got: HitRecord) -> String {
+    let hit = |record: HitRecord| match record.is_hit() {
+        true => format!("record {} of TRIS at t = {}", record.triangle, f32::from_bits(record.t)),
+        false => "no hit".to_owned(),
+    };
+    format!("from {:?} along {:?}: {}, not {}", ray.origin, ray.direction, hit(got), hit(expected))
+}
