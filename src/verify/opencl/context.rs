@@ -1,7 +1,6 @@
 use super::driver::{Context as Handle, DeviceId, Kernel, Program, Queue, Status};
 use super::list::{DeviceInfo, failed, found};
 use super::probe::{Deviation, concerns_f64, probe, sentence};
-use super::self_test::self_test;
 use crate::verify::DeviceError;
 use std::ffi::{CStr, CString};
 use std::sync::{Arc, Mutex};
@@ -51,11 +50,8 @@ pub struct Context {
 }
 
 impl Context {
-    /// Open device `index` of [`list_devices`](super::list_devices).
-    ///
-    /// # Errors
-    /// Where there is no OpenCL or no such device, where it is unusable, and where it answers rays of a known scene otherwise than the CPU.
-    pub fn open(index: usize, options: Options) -> Result<Context, DeviceError> {
+    /// Device `index` of [`list_devices`](super::list_devices), not yet asked whether it can be believed.
+    pub(super) fn new(index: usize, options: Options) -> Result<Context, DeviceError> {
         let found = found()?;
         let Some((info, id)) = found.get(index).cloned() else {
             let devices = found.iter().map(|(info, _)| info.summary()).collect();
@@ -87,12 +83,6 @@ impl Context {
             deviations = context.probe()?;
         }
         context.deviation = sentence(&deviations);
-
-        #[cfg(feature = "testing")]
-        if context.options.believed {
-            return Ok(context);
-        }
-        context.self_test_took = self_test(&context)?;
         Ok(context)
     }
 

@@ -1,7 +1,7 @@
 //! Is a device to be believed? It traces rays through small scenes before it traces any file, and the CPU knows the answers. So a driver that compiles a kernel
 //! wrongly is told from a file that is wrong, and no file is blamed for it.
 
-use super::context::Context;
+use super::context::{Context, Options};
 use super::trace::OpenCl;
 use crate::build::{BuildOptions, Executor, NoProgress};
 use crate::cache::Image;
@@ -16,11 +16,27 @@ const SCENES: u64 = 4;
 /// Rays through each scene. They are few enough that a device that computes `f64` in integers on a processor answers within a second.
 const RAYS: usize = 64;
 
+impl Context {
+    /// Open device `index` of [`list_devices`](super::list_devices).
+    ///
+    /// # Errors
+    /// Where there is no OpenCL or no such device, where it is unusable, and where it answers rays of a known scene otherwise than the CPU.
+    pub fn open(index: usize, options: Options) -> Result<Context, DeviceError> {
+        let mut context = Context::new(index, options)?;
+        #[cfg(feature = "testing")]
+        if context.options.believed {
+            return Ok(context);
+        }
+        context.self_test_took = self_test(&context)?;
+        Ok(context)
+    }
+}
+
 /// How long the device took for the answers.
 ///
 /// # Errors
 /// [`DeviceError::SelfTest`] where the device's answers are not those of the CPU, and where it cannot trace at all.
-pub(super) fn self_test(context: &Context) -> Result<Duration, DeviceError> {
+fn self_test(context: &Context) -> Result<Duration, DeviceError> {
     let exec = Executor::sequential();
     let (mut wrong, mut first, mut asked, mut took) = (0, None, 0, Duration::ZERO);
     for seed in 0..SCENES {
