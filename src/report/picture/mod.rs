@@ -18,6 +18,7 @@ mod shade;
 mod shot;
 mod subtree;
 
+pub(in crate::report) use canvas::{letters, text_height, text_width};
 pub use canvas::{Canvas, Rgb};
 pub use difference::{Difference, DifferenceFigures};
 pub use figures::{Figures, Spread};

@@ -4,13 +4,15 @@ use super::chart::mark_front;
 use super::times::{Times, indistinct};
 use super::{LeftOut, Origin, Reason, Recipe, Row, TradeOff};
 use crate::build::{BuildError, BuildOptions, Levels, Progress};
-use crate::cache::{CacheError, Image};
+use crate::cache::{CacheError, Image, View};
 use crate::compile::{LaidOut, compile_laid_out, lay_out};
 use crate::exec::Executor;
 use crate::report::file::FileReport;
+use crate::report::overlap::{EpoMode, EpoReport};
 use crate::report::rays::RayReport;
 use crate::scene::Scene;
 use crate::search::NAMED_RECIPE;
+use crate::trace::probe::{Camera, ProbeRays, SETS};
 use crate::tree::Accel;
 use std::time::Instant;
 
@@ -192,6 +194,8 @@ impl<'a> Contest<'a> {
             references: file.blas.references,
             depth: file.blas.max_depth,
             sah: file.blas.sah,
+            epo: EpoReport::of_view(&view, EpoMode::Points(EPO_POINTS), self.exec).value,
+            trace_seconds: traced(&view, self.effort.rays),
             notes,
         };
         if self.kept.is_none() || recipe.builds_as(&BuildOptions::default()) {
@@ -230,6 +234,21 @@ impl<'a> Contest<'a> {
         };
         self.left_out.push(LeftOut { name: recipe.name, flags: recipe.flags, reason });
     }
+}
+
+/// Points at which the end-point overlap is asked, and how often rays are timed: a small part of what the quickest build takes.
+const EPO_POINTS: u32 = 4096;
+const TRACED: u32 = 3;
+
+/// The least time of a few that about so many rays in each set take on this thread.
+fn traced(view: &View<'_>, rays: usize) -> f64 {
+    let probe = ProbeRays::around(view, &Camera::around(view), rays);
+    let once = |_| {
+        let start = Instant::now();
+        (0..SETS.len()).for_each(|set| _ = std::hint::black_box(probe.trace(set, view)));
+        start.elapsed().as_secs_f64()
+    };
+    (0..TRACED).map(once).fold(f64::INFINITY, f64::min)
 }
 
 /// The recipe that a search ended with, from what it wrote down; nothing where it chose for several trees.
