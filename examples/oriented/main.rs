@@ -22,7 +22,7 @@ use bvhc::compile::{build_tree, lay_out};
 use bvhc::geom::Aabb;
 use bvhc::oriented::{Basis, Dop14, OrientedBox};
 use bvhc::scene::{self, Mesh};
-use bvhc::stability::{Failure, Judge, recipes};
+use bvhc::stability::{Effort, Failure, Judge, recipes};
 use growth::growth;
 use kinds::bounded;
 use orient::discrete;
@@ -55,7 +55,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("\n| scene | {} |\n|---|{}", RECIPES.join(" | "), "--:|".repeat(RECIPES.len()));
     for failure in &scenes {
         let scene = failure.scene(count);
-        let mut judge = Judge::new(&scene, RAYS, 0, &exec);
+        let effort = Effort { sizes: [count; 2], rays: RAYS, judged_rays: 1, rounds: 0 };
+        let mut judge = Judge::new(&scene, &effort, &exec);
         let recipes = recipes();
         let named = |name: &&str| recipes.iter().find(|recipe| recipe.name == *name);
         let rows: Result<Vec<_>, _> = RECIPES.iter().filter_map(named).map(|recipe| judge.row(recipe)).collect();

@@ -1,5 +1,6 @@
 //! How a recipe does on a scene: what it must keep always, and what its trees cost.
 
+use super::effort::Effort;
 use super::heap;
 use super::recipes::Recipe;
 use crate::build::{BuildError, BuildOptions, Method, NoProgress};
@@ -61,10 +62,7 @@ impl Row {
             return Some(format!("depth {}, leaf of {}", self.depth, self.largest_leaf));
         }
         if self.references > self.most_references + 1e-9 {
-            return Some(format!(
-                "{:.3} references a triangle, above {:.3}",
-                self.references, self.most_references
-            ));
+            return Some(format!("{:.3} references a triangle, above {:.3}", self.references, self.most_references));
         }
         (!self.tight).then(|| "a root with a loose box".into())
     }
@@ -97,11 +95,11 @@ pub enum JudgeError {
 }
 
 impl<'a> Judge<'a> {
-    /// About `rays` rays for hits, and as many in each set for costs. Each recipe is built `rounds` times, at least once.
-    pub fn new(scene: &'a Scene, rays: usize, rounds: u32, exec: &'a Executor) -> Judge<'a> {
-        let (oracle, sampled) = (Oracle::new(scene, exec), Sampler::new(scene).mixed(rays as u64, 1));
-        let answers = oracle.trace_all(&sampled, exec);
-        Judge { scene, oracle, rays: sampled, answers, probe: None, count: rays, rounds, exec }
+    /// With about as many rays as `effort` says. Each recipe is built as often as that, at least once.
+    pub fn new(scene: &'a Scene, effort: &Effort, exec: &'a Executor) -> Judge<'a> {
+        let (oracle, rays) = (Oracle::new(scene, exec), Sampler::new(scene).mixed(effort.judged_rays as u64, 1));
+        let answers = oracle.trace_all(&rays, exec);
+        Judge { scene, oracle, rays, answers, probe: None, count: effort.rays, rounds: effort.rounds, exec }
     }
 
     /// The scene's trees by these options.

@@ -13,12 +13,13 @@
 //! use bvhc::stability::{Effort, Failure, SceneReport};
 //!
 //! let needles = Failure::named("needles").expect("it is in the list");
-//! let effort = Effort { sizes: [40, 160], rays: 60, rounds: 0 };
+//! let effort = Effort { sizes: [40, 160], rays: 60, judged_rays: 60, rounds: 0 };
 //! let report = SceneReport::of(needles, &effort, &Executor::sequential(), |_| true)?.expect("nobody stopped it");
 //! assert!(report.recipes.iter().all(|row| row.large.wrong == 0 && row.large.depth <= 64));
 //! # Ok::<(), bvhc::stability::JudgeError>(())
 //! ```
 
+mod effort;
 mod gates;
 pub mod heap;
 mod judge;
@@ -28,10 +29,11 @@ pub mod refused;
 pub mod report;
 pub mod scenes;
 
-pub use gates::{AUTO_MARGIN, GROWTH, Gate, Kept, POOR, gates};
+pub use effort::Effort;
+pub use gates::{AUTO_MARGIN, GROWTH, GROWTH_OF_RAYS, Gate, Kept, POOR, gates, time_growth};
 pub use judge::{Judge, JudgeError, Row};
 pub use motion::{MOTIONS, MotionReport, SplitReport, splits};
 pub use recipes::{AUTO, Kind, Recipe, recipes};
 pub use refused::{REFUSED, Refusal};
-pub use report::{Effort, Grown, SceneReport};
+pub use report::{Grown, SceneReport};
 pub use scenes::{FAILURES, Failure};

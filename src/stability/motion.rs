@@ -1,7 +1,7 @@
 //! Motions that trees are known to fail on: every frame is judged, and what rays cost in it is held beside trees that are built for it.
 
-use super::scenes::shapes::{Point, Soup, add, bar, scale, sheet};
 use super::scenes::scene_of;
+use super::scenes::shapes::{Point, Soup, add, bar, scale, sheet};
 use crate::build::{BuildOptions, Method, NoProgress, Preset};
 use crate::cache::{self, Codec, Sequence};
 use crate::compile::build_tree;
@@ -47,12 +47,51 @@ const fn motion(
 
 /// All of them, in the order of their numbers.
 pub const MOTIONS: [Motion; 6] = [
-    motion("F02-turning", "turning-rotor", (5, turning), (5, 1.3), "bins on the longest axis: cost jumps with where the blades stand"),
-    motion("F28", "explosion", (16, explosion), (14, 1.6), "refitting: what was near is far, and every box holds everything"),
-    Motion { shuffled: true, ..motion("F28-shuffled", "shuffled-vertices", (6, drift), (6, 1.1), "refitting by the numbers of vertices: they are others in each frame, so trees are built") },
-    motion("F28-walk", "random-walk", (16, random_walk), (14, 1.6), "refitting: cost grows from frame to frame without a jump to notice it by"),
-    motion("F30", "come-and-go", (7, come_and_go), (3, 1.3), "refitting: triangles that were not there, in places of others"),
-    motion("F31", "gait", (18, gait), (6, 1.6), "rebuilding above a threshold: what comes back is built again and again"),
+    motion(
+        "F02-turning",
+        "turning-rotor",
+        (5, turning),
+        (5, 1.3),
+        "bins on the longest axis: cost jumps with where the blades stand",
+    ),
+    motion(
+        "F28",
+        "explosion",
+        (16, explosion),
+        (14, 1.6),
+        "refitting: what was near is far, and every box holds everything",
+    ),
+    Motion {
+        shuffled: true,
+        ..motion(
+            "F28-shuffled",
+            "shuffled-vertices",
+            (6, drift),
+            (6, 1.1),
+            "refitting by the numbers of vertices: they are others in each frame, so trees are built",
+        )
+    },
+    motion(
+        "F28-walk",
+        "random-walk",
+        (16, random_walk),
+        (14, 1.6),
+        "refitting: cost grows from frame to frame without a jump to notice it by",
+    ),
+    motion(
+        "F30",
+        "come-and-go",
+        (7, come_and_go),
+        (3, 1.3),
+        "refitting: triangles that were not there, in places of others",
+    ),
+    motion(
+        "F31",
+        "gait",
+        (18, gait),
+        (6, 1.6),
+        "rebuilding above a threshold: what comes back is built again and again",
+    ),
 ];
 
 /// What became of a motion by one policy.
@@ -102,7 +141,8 @@ impl MotionReport {
         if auto.built > trees {
             return Some(format!("{} trees, above {trees}", auto.built));
         }
-        (auto.worst_over > over).then(|| format!("rays cost {:.2} times as much in a frame, above {over}", auto.worst_over))
+        (auto.worst_over > over)
+            .then(|| format!("rays cost {:.2} times as much in a frame, above {over}", auto.worst_over))
     }
 }
 
@@ -185,9 +225,10 @@ impl Motion {
             let scene = self.frame(count, index);
             let frame = sequence.frame_on(index, exec)?;
             let oracle = Oracle::of_file(&scene, &frame.view(), exec);
-            let rays = Sampler::new(&scene).mixed(rays as u64 / 4, 1 + index as u64);
+            let rays = Sampler::new(&scene).mixed(rays as u64 / 4 + 1, 1 + index as u64);
             let answers = oracle.trace_all(&rays, exec);
-            let tally = compare(&frame.view(), &oracle, &rays, &answers, exec).map_err(super::judge::JudgeError::from)?;
+            let tally =
+                compare(&frame.view(), &oracle, &rays, &answers, exec).map_err(super::judge::JudgeError::from)?;
             wrong += tally.wrong();
         }
         Ok(wrong)

@@ -58,11 +58,21 @@ pub const REFUSED: [Refused; 9] = [
     refused("F18-inf", "infinite", Harm::Coordinate(f32::INFINITY), "areas: one triangle costs more than all others"),
     refused("F18-minus-inf", "minus-infinite", Harm::Coordinate(f32::NEG_INFINITY), "areas: ∞ - ∞ is no number"),
     refused("F38-cycle", "cycle", Harm::Records(cycle), "walks: a node below itself is never left"),
-    refused("F38-shared", "shared-child", Harm::Records(shared), "walks: what is below two nodes is visited twice, and so on"),
+    refused(
+        "F38-shared",
+        "shared-child",
+        Harm::Records(shared),
+        "walks: what is below two nodes is visited twice, and so on",
+    ),
     refused("F38-count", "endless-leaf", Harm::Records(endless), "memory: a leaf of more triangles than there are"),
     refused("F38-outside", "child-outside", Harm::Records(outside), "memory: a child behind the last node"),
     refused("F38-cut", "cut-file", Harm::Cut, "lengths that are believed: a file that ends in the middle of its nodes"),
-    refused("F40-singular", "singular", Harm::Transform([[1.0, 0.0, 0.0, 12.0], [0.0, 0.0, 0.0, 0.5], [0.0, 0.0, 1.0, 0.0]]), "inverses: there is none, and rays become NaN"),
+    refused(
+        "F40-singular",
+        "singular",
+        Harm::Transform([[1.0, 0.0, 0.0, 12.0], [0.0, 0.0, 0.0, 0.5], [0.0, 0.0, 1.0, 0.0]]),
+        "inverses: there is none, and rays become NaN",
+    ),
 ];
 
 /// The scene that is harmed, its size and rays that are sent into it.
@@ -115,7 +125,7 @@ fn by_every_recipe(scene: &Scene, exec: &Executor) -> Option<String> {
     let mut words = None;
     for recipe in super::recipes() {
         let refusal = compile(scene.clone(), &recipe.options, exec, &NoProgress).err()?;
-        words = Some(refusal.to_string());
+        words = Some(told(&refusal));
     }
     words
 }
@@ -141,5 +151,16 @@ fn harmed(scene: &Scene, harm: Option<fn(&mut Image)>, exec: &Executor) -> Optio
             crate::Cache::from_slice(&bytes[..bytes.len() / 2], &OpenOptions::default()).err()?
         }
     };
-    Some(refusal.to_string())
+    Some(told(&refusal))
+}
+
+/// An error with what is behind it.
+fn told(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut behind = error.source();
+    while let Some(error) = behind {
+        text = format!("{text}: {error}");
+        behind = error.source();
+    }
+    text
 }

@@ -1,22 +1,12 @@
 //! Every recipe on a scene, in two sizes, and what that comes to.
 
-use super::gates::{AUTO_MARGIN, GROWTH, Kept, POOR, gates, ratio, reason};
+use super::effort::Effort;
+use super::gates::{AUTO_MARGIN, GROWTH, Kept, POOR, gates, ratio, reason, time_growth};
 use super::judge::{Judge, JudgeError, Row};
 use super::recipes::{AUTO, recipes};
 use super::scenes::Failure;
 use crate::exec::Executor;
 use serde::Serialize;
-
-/// How thoroughly.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Effort {
-    /// Triangles of each scene, about, the smaller size first.
-    pub sizes: [usize; 2],
-    /// Rays for hits, and as many in each of three sets for costs.
-    pub rays: usize,
-    /// How often each recipe is built for its time; 0 asks for none.
-    pub rounds: u32,
-}
 
 /// A recipe in both sizes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -62,7 +52,7 @@ impl SceneReport {
         mut goes_on: impl FnMut(&str) -> bool,
     ) -> Result<Option<SceneReport>, JudgeError> {
         let scenes = effort.sizes.map(|size| failure.scene(size));
-        let [mut small, mut large] = [0, 1].map(|i| Judge::new(&scenes[i], effort.rays, effort.rounds, exec));
+        let [mut small, mut large] = [0, 1].map(|i| Judge::new(&scenes[i], effort, exec));
         let mut rows = Vec::new();
         for recipe in recipes() {
             if !goes_on(recipe.name) {
@@ -116,17 +106,20 @@ impl SceneReport {
         let grown = ratio(large as f64, small as f64);
         for row in &self.recipes {
             let name = row.large.recipe;
-            let both = [&row.small, &row.large].into_iter().filter_map(|row| Some(format!("{name}: {}", row.broken()?)));
+            let both =
+                [&row.small, &row.large].into_iter().filter_map(|row| Some(format!("{name}: {}", row.broken()?)));
             broken.extend(both);
             for (what, growth, most) in
-                [("time", row.time_growth, GROWTH[0]), ("memory", row.memory_growth, GROWTH[1])]
+                [("time", row.time_growth, time_growth(name)), ("memory", row.memory_growth, GROWTH[1])]
             {
                 if growth > most * grown {
                     broken.push(format!("{name}: {growth:.1} times the {what} for {grown:.1} times the triangles"));
                 }
             }
         }
-        broken.extend(self.promises.iter().filter(|kept| !kept.holds).map(|kept| format!("{}: {:.2}", kept.promise, kept.value)));
+        broken.extend(
+            self.promises.iter().filter(|kept| !kept.holds).map(|kept| format!("{}: {:.2}", kept.promise, kept.value)),
+        );
         if let Some(auto) = self.auto().filter(|auto| auto.over > AUTO_MARGIN) {
             broken.push(format!("auto costs {:.2} times the cheapest, above {AUTO_MARGIN}", auto.over));
         }

@@ -97,7 +97,9 @@ fn without_times(mut value: Value) -> Value {
         match value {
             Value::Object(fields) => {
                 let timed = |name: &str| name.ends_with("seconds") || name.ends_with("per_second");
-                fields.retain(|name, _| !timed(name) && !["threads", "front", "indistinct", "predictions"].contains(&name.as_str()));
+                fields.retain(|name, _| {
+                    !timed(name) && !["threads", "front", "indistinct", "predictions"].contains(&name.as_str())
+                });
                 fields.values_mut().for_each(strip);
             }
             Value::Array(values) => values.iter_mut().for_each(strip),

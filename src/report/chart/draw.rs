@@ -243,7 +243,12 @@ fn pixel([x, y]: [f64; 2]) -> (i32, i32) {
     (x.round() as i32, y.round() as i32)
 }
 
-fn line<B: DrawingBackend>(canvas: &Canvas<B>, points: impl IntoIterator<Item = [f64; 2]>, colour: RGBColor, thick: u32) -> Drawn {
+fn line<B: DrawingBackend>(
+    canvas: &Canvas<B>,
+    points: impl IntoIterator<Item = [f64; 2]>,
+    colour: RGBColor,
+    thick: u32,
+) -> Drawn {
     let points: Vec<(i32, i32)> = points.into_iter().map(pixel).collect();
     if points.len() < 2 {
         return Ok(());
@@ -255,7 +260,15 @@ fn style(size: f64, colour: RGBColor, across: HPos, up: VPos) -> TextStyle<'stat
     ("sans-serif", size).into_font().color(&colour).pos(Pos::new(across, up))
 }
 
-fn write<B: DrawingBackend>(canvas: &Canvas<B>, text: &str, at: [f64; 2], size: f64, colour: RGBColor, across: HPos, up: VPos) -> Drawn {
+fn write<B: DrawingBackend>(
+    canvas: &Canvas<B>,
+    text: &str,
+    at: [f64; 2],
+    size: f64,
+    colour: RGBColor,
+    across: HPos,
+    up: VPos,
+) -> Drawn {
     canvas.draw(&Text::new(text.to_string(), pixel(at), style(size, colour, across, up))).map_err(refused)
 }
 

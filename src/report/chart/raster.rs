@@ -142,7 +142,11 @@ impl DrawingBackend for Raster<'_> {
         Ok(())
     }
 
-    fn estimate_text_size<T: BackendTextStyle>(&self, text: &str, _: &T) -> Result<(u32, u32), DrawingErrorKind<Infallible>> {
+    fn estimate_text_size<T: BackendTextStyle>(
+        &self,
+        text: &str,
+        _: &T,
+    ) -> Result<(u32, u32), DrawingErrorKind<Infallible>> {
         Ok((text_width(text, 1) as u32, text_height(1) as u32))
     }
 }
@@ -155,7 +159,12 @@ mod tests {
     fn pixels_show_what_svg_shows() {
         let axis = || Axis::linear("x");
         let series = Series::new("a", 1, vec![Point::new(1.0, 1.0).named("one"), Point::new(2.0, 3.0)]).connected();
-        let chart = Chart { title: "Title".into(), panels: vec![Panel::new("p", axis(), axis()).with(series)], columns: 1, ..Chart::default() };
+        let chart = Chart {
+            title: "Title".into(),
+            panels: vec![Panel::new("p", axis(), axis()).with(series)],
+            columns: 1,
+            ..Chart::default()
+        };
         let canvas = chart.canvas().unwrap();
         let svg = chart.svg().unwrap();
         assert!(svg.contains(&format!("width=\"{}\" height=\"{}\"", canvas.width() / 2, canvas.height() / 2)), "{svg}");

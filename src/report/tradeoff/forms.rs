@@ -57,11 +57,13 @@ pub fn forms(
     mut goes_on: impl FnMut() -> bool,
 ) -> Result<Vec<FormRow>, Malformed> {
     let view = image.view();
-    let (collapse, triangles) = (Collapse::default(), view.blases.iter().map(|blas| f64::from(blas.prim_count)).sum::<f64>());
+    let (collapse, triangles) =
+        (Collapse::default(), view.blases.iter().map(|blas| f64::from(blas.prim_count)).sum::<f64>());
     let (four, eight) = (WideTrees::<4>::new(&view, &collapse)?, WideTrees::<8>::new(&view, &collapse)?);
     let compact = CompactTrees::new(&eight);
     let (four, eight, compact) = (four.view(&view), eight.view(&view), compact.view(&view));
-    let wide = |nodes: usize, order: &[u32], blocks: usize| (nodes + size_of_val(order) + blocks) as f64 / triangles.max(1.0);
+    let wide =
+        |nodes: usize, order: &[u32], blocks: usize| (nodes + size_of_val(order) + blocks) as f64 / triangles.max(1.0);
     let bytes = [
         wide(size_of_val(view.nodes), &[], 0),
         wide(size_of_val(four.nodes), four.order, size_of_val(four.blocks)),
@@ -101,9 +103,17 @@ pub fn forms(
     }
     let row = |i: usize| {
         let ((name, children, bits), trace) = (heads[i], Times::of(&seconds[i]));
-        let mrays_per_second =
-            if trace.median_seconds > 0.0 { count as f64 / 1e6 / trace.median_seconds } else { 0.0 };
-        FormRow { name, children, bits, bytes_per_triangle: bytes[i], mrays_per_second, trace, rays: count, lost: lost[i] }
+        let mrays_per_second = if trace.median_seconds > 0.0 { count as f64 / 1e6 / trace.median_seconds } else { 0.0 };
+        FormRow {
+            name,
+            children,
+            bits,
+            bytes_per_triangle: bytes[i],
+            mrays_per_second,
+            trace,
+            rays: count,
+            lost: lost[i],
+        }
     };
     Ok((0..heads.len()).map(row).collect())
 }
@@ -123,7 +133,10 @@ mod tests {
         let image = Image::new(&compile(scene, &BuildOptions::default(), &exec, &NoProgress).unwrap(), &exec).unwrap();
         let rows = forms(&image, 256, 2, || true).unwrap();
         assert_eq!(rows.iter().map(|row| row.lost).collect::<Vec<_>>(), [0; 4]);
-        assert!(rows.iter().all(|row| row.rays > 300 && row.trace.rounds == 2 && row.mrays_per_second > 0.0), "{rows:?}");
+        assert!(
+            rows.iter().all(|row| row.rays > 300 && row.trace.rounds == 2 && row.mrays_per_second > 0.0),
+            "{rows:?}"
+        );
         let least = rows.iter().min_by(|a, b| a.bytes_per_triangle.total_cmp(&b.bytes_per_triangle)).unwrap();
         assert_eq!((least.name, least.bits), ("8 children, compact", 8));
         assert_eq!(rows[0].bytes_per_triangle, size_of_val(&image.nodes[..]) as f64 / 4662.0);

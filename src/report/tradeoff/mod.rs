@@ -1,7 +1,7 @@
 //! What trees take to build against what rays cost in them: the recipes of one scene beside each other.
 //!
 //! `recipe` says what is tried and in which order, `measure` builds in rounds and traces, `times` sums rounds up and tells which recipes they cannot
-//! tell apart, `chart` draws. `forms` compares the forms that the same trees can have, and `predict` asks which figure of a tree tells its time.
+//! tell apart, `chart` draws. `peer` lets builders of others take part. `forms` compares the forms that the same trees can have, and `predict` asks which figure of a tree tells its time.
 //!
 //! Ray cost is a count, the same on every machine for any number of threads. Build time is what a clock says: the median of rounds that
 //! alternate over the recipes, so that whatever else the machine does meets all alike.
@@ -9,6 +9,7 @@
 mod chart;
 mod forms;
 mod measure;
+mod peer;
 mod predict;
 mod recipe;
 mod times;
@@ -16,6 +17,7 @@ mod times;
 pub use chart::panel;
 pub use forms::{FormRow, forms};
 pub use measure::{Contest, Effort, Watch};
+pub use peer::{PEERS, Pipe, Worker};
 pub use predict::{PREDICTORS, Prediction, Predictor, predictions};
 pub use recipe::{Origin, Recipe};
 pub use times::{Times, indistinct};
@@ -90,3 +92,6 @@ pub enum Reason {
     /// Its build failed, with this message.
     Failed(String),
 }
+
+#[cfg(test)]
+mod tests;

@@ -136,6 +136,7 @@ fn model(
     let effort = Effort { rays: args.rays as usize, rounds: args.rounds(), until };
     let mut contest = Contest::new(&scene, recipes, effort, &context.exec, bar);
     contest.first_round(&advice::flags).map_err(|e| caches::failure(&e))?;
+    contest.peers(&args.peers);
     let arithmetic = accuracy(&contest, &scene, until, args, bar, context)?;
     let forms = shapes(&contest, until, args, bar)?;
     contest.release();

@@ -21,6 +21,7 @@ use crate::cli::names;
 use crate::cli::patterns;
 use crate::cli::reading::ModelReading;
 use crate::report::chart::page::Section;
+use crate::report::tradeoff::Worker;
 use clap::Args;
 use document::Document;
 use measure::Charted;
@@ -46,7 +47,7 @@ pub struct ChartArgs {
     #[arg(long, value_name = "SCENES", num_args = 0..=1, require_equals = true, default_missing_value = "", value_delimiter = ',', conflicts_with_all = ["models", "recipes"])]
     stability: Option<Vec<String>>,
     /// Triangles of each scene of --stability, about, in a small and in a large form
-    #[arg(long, value_name = "SMALL,LARGE", value_parser = parse_sizes, default_value = "600,4800", requires = "stability")]
+    #[arg(long, value_name = "SMALL,LARGE", value_parser = parse_sizes, default_value = "800,3200", requires = "stability")]
     sizes: Sizes,
     /// Page to write; it holds all that it shows, and asks no network
     #[arg(short, long, value_name = "PAGE.html")]
@@ -66,6 +67,9 @@ pub struct ChartArgs {
     /// Another recipe, by the flags of `bvhc build`, with or without a name before it; may be given again
     #[arg(long = "recipe", value_name = "[NAME=]FLAGS", value_parser = recipes::parse, allow_hyphen_values = true)]
     recipes: Vec<Given>,
+    /// A builder of someone else's beside ours, embree, obvhs or bvh, by the program that benches/ has for it and what that is started with; may be given again
+    #[arg(long = "peer", value_name = "NAME=PROGRAM", value_parser = recipes::peer, conflicts_with = "stability")]
+    peers: Vec<Worker>,
     /// When to stop, all models together; the quickest recipe of each is built in any case [default: 60s, with --stability 15m]
     #[arg(long, value_name = "TIME", value_parser = figures::parse_seconds)]
     budget: Option<Duration>,
@@ -88,6 +92,7 @@ const EXAMPLES: &str = "Examples:
   bvhc chart hall.obj rock.glb -o both.html --budget 5m --svg both.svg --csv both.csv
   bvhc chart rock.glb --recipe 'moved=--method sweep --reinsert 8' --recipe '--preset draft --adapt 1024'
   bvhc chart heli.bvhc -o frames.html
+  bvhc chart rock.glb --peer obvhs=target/obvhs-parallel/release/obvhs_worker -o rock.html
   bvhc chart --stability -o stability.html
   bvhc chart --stability=hall,needles --sizes 1000,8000";
 
@@ -99,7 +104,7 @@ fn parse_sizes(text: &str) -> Result<Sizes, String> {
     let sizes: Option<Vec<usize>> = text.split(',').map(|size| size.trim().parse().ok()).collect();
     match sizes.as_deref() {
         Some([small, large]) if small < large && *large <= MOST_TRIANGLES => Ok(Sizes([*small, *large])),
-        _ => Err(format!("it takes two ascending numbers up to {MOST_TRIANGLES}, such as 600,4800")),
+        _ => Err(format!("it takes two ascending numbers up to {MOST_TRIANGLES}, such as 800,3200")),
     }
 }
 
@@ -236,6 +241,14 @@ fn typed(args: &ChartArgs, paths: &[&Path]) -> String {
     for given in &args.recipes {
         words.extend(["--recipe".to_string(), quoted(&given.typed)]);
     }
+    for peer in &args.peers {
+        let program =
+            std::iter::once(peer.program.to_string_lossy().into_owned()).chain(peer.arguments.iter().cloned());
+        words.extend([
+            "--peer".to_string(),
+            quoted(&format!("{}={}", peer.name, program.collect::<Vec<_>>().join(" "))),
+        ]);
+    }
     words.extend(["--budget".to_string(), format!("{}s", args.budget().as_secs_f64())]);
     words.extend(["--rounds".to_string(), args.rounds().to_string()]);
     words.extend(["--rays".to_string(), args.rays.to_string()]);
@@ -250,7 +263,11 @@ fn stability_command(args: &ChartArgs) -> String {
     let [small, large] = args.sizes.0;
     let which = if asked.is_empty() { String::new() } else { format!("={}", quoted(&asked)) };
     let output = args.output.as_ref().map_or("stability.html".into(), |output| quoted(&output.to_string_lossy()));
-    format!("bvhc chart --stability{which} --sizes {small},{large} --rays {} --rounds {} -o {output}", args.rays, args.rounds())
+    format!(
+        "bvhc chart --stability{which} --sizes {small},{large} --rays {} --rounds {} -o {output}",
+        args.rays,
+        args.rounds()
+    )
 }
 
 /// A word as a shell takes it.

@@ -67,12 +67,8 @@ pub fn write<D: Serialize>(
     let mut written = Vec::new();
     if let Some(path) = &args.output {
         let Made { title, lead, warnings, sections, .. } = made;
-        let page = Page {
-            title: title.clone(),
-            lead: lead.clone(),
-            warnings: warnings.clone(),
-            sections: sections.clone(),
-        };
+        let page =
+            Page { title: title.clone(), lead: lead.clone(), warnings: warnings.clone(), sections: sections.clone() };
         let html = page.html();
         drawing::text(path, "the page", &html)?;
         written.push((path, html.len() as u64));

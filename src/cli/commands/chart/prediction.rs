@@ -20,14 +20,18 @@ pub fn section(charted: &[Charted], args: &ChartArgs) -> Option<Section> {
     let best = predictions.iter().max_by(|a, b| a.correlation.total_cmp(&b.correlation))?;
     let models: Vec<(String, &TradeOff)> = charted.iter().filter_map(model).collect();
     let panels = SHOWN.iter().map(|shown| panel(shown, &models)).collect();
-    let columns = [("figure of the tree", Cell::Name), ("rank correlation with time", Cell::Number), ("trees", Cell::Number)];
+    let columns =
+        [("figure of the tree", Cell::Name), ("rank correlation with time", Cell::Number), ("trees", Cell::Number)];
     let cells = |p: &Prediction| vec![p.predictor.to_string(), format!("{:+.3}", p.correlation), p.trees.to_string()];
     let table = table_of(&columns, predictions.iter().map(cells).collect());
     let mut notes = vec![
         "Spearman's rank correlation over all trees, ranks counted within each model: 1 where the figure puts trees in the order of the time that rays take, measured on one thread.".to_string(),
     ];
     notes.push(if best.predictor == RULE {
-        format!("auto and best decide by counted rays, {:+.3} here: no other figure predicts time better.", rule.correlation)
+        format!(
+            "auto and best decide by counted rays, {:+.3} here: no other figure predicts time better.",
+            rule.correlation
+        )
     } else {
         format!(
             "auto and best decide by counted rays, {:+.3} here; by these trees {} predicts time better, {:+.3}.",

@@ -70,7 +70,9 @@ pub fn csv(judged: &Judged) -> String {
     for scene in &judged.scenes {
         for grown in &scene.recipes {
             for (row, growth) in [(&grown.small, None), (&grown.large, Some(grown))] {
-                let of = |value: &dyn Fn(&crate::stability::Grown) -> f64| growth.map_or(String::new(), |g| value(g).to_string());
+                let of = |value: &dyn Fn(&crate::stability::Grown) -> f64| {
+                    growth.map_or(String::new(), |g| value(g).to_string())
+                };
                 let cells = [
                     row.triangles.to_string(),
                     row.wrong.to_string(),

@@ -15,14 +15,15 @@ use crate::cli::progress::Bar;
 use crate::stability::motion::Motion;
 use crate::stability::refused::Refused;
 use crate::stability::{
-    Effort, FAILURES, Failure as Scene, MOTIONS, MotionReport, REFUSED, Refusal, SceneReport, SplitReport, recipes, splits,
+    Effort, FAILURES, Failure as Scene, MOTIONS, MotionReport, REFUSED, Refusal, SceneReport, SplitReport, recipes,
+    splits,
 };
 use std::time::Instant;
 
 /// The motion whose number is about spatial splits in trees that are refitted.
 const SPLITS: &str = "F29";
-/// Frames are judged with a part of the rays of a scene that stands still: there are many of them.
-const RAYS_OF_A_FRAME: usize = 4;
+/// One in so many rays as are counted is judged by brute force.
+const JUDGED: usize = 16;
 
 /// What was asked for, by numbers or names.
 struct Asked {
@@ -114,7 +115,7 @@ fn chosen(names: &[String]) -> Result<Asked, Failure> {
 
 fn judge(asked: &Asked, deadline: Instant, args: &ChartArgs, context: &Context) -> Result<Judged, Failure> {
     let (sizes, rays) = (args.sizes.0, args.rays as usize);
-    let effort = Effort { sizes, rays, rounds: args.rounds() };
+    let effort = Effort { sizes, rays, judged_rays: rays.div_ceil(JUDGED), rounds: args.rounds() };
     let bar = Bar::new(&context.terminal, "stability");
     let goes_on = || !bar.is_cancelled() && Instant::now() < deadline;
     let internal = |name: &str, error: &dyn std::error::Error| {
@@ -136,7 +137,8 @@ fn judge(asked: &Asked, deadline: Instant, args: &ChartArgs, context: &Context) 
             None => judged.left_out.push(scene.name),
         }
     }
-    let rays = (effort.rays / RAYS_OF_A_FRAME).max(1);
+    // There are many frames.
+    let rays = effort.judged_rays;
     for motion in &asked.motions {
         if !goes_on() {
             judged.left_out.push(motion.name);

@@ -6,7 +6,7 @@ use super::Judged;
 use crate::cli::figures;
 use crate::report::chart::page::{Cell, Section};
 use crate::report::chart::{Axis, Chart, Marker, Panel, Point, Series};
-use crate::stability::{AUTO, AUTO_MARGIN, GROWTH, Grown, Kind, POOR, SceneReport, recipes};
+use crate::stability::{AUTO, AUTO_MARGIN, GROWTH, GROWTH_OF_RAYS, Grown, Kind, POOR, SceneReport, recipes};
 
 /// The tables, the longest apart.
 pub struct Sections {
@@ -44,7 +44,7 @@ pub fn lead(judged: &Judged) -> Vec<String> {
 
 pub fn of(judged: &Judged, args: &ChartArgs) -> Sections {
     let command = stability_command(args);
-    let mut rest = vec![motions(judged), refused(judged)];
+    let mut rest = vec![badly(judged), motions(judged), refused(judged)];
     rest.retain(|section: &Section| !section.table.rows.is_empty());
     let mut sections = Sections { summary: summary(judged), every: every(judged), rest };
     sections.summary.command.clone_from(&command);
@@ -67,12 +67,9 @@ fn summary(judged: &Judged) -> Section {
         ("cheapest", Cell::Words),
         ("auto over", Cell::Number),
         ("verdict", Cell::Words),
-        ("does badly, times the cheapest", Cell::Words),
-        ("since it breaks", Cell::Words),
     ];
     let cells = |scene: &SceneReport| {
         let [small, large] = scene.triangles();
-        let badly: Vec<String> = scene.recipes.iter().filter_map(badly).collect();
         let growth = |of: &dyn Fn(&Grown) -> f64| {
             let most = scene.most(of);
             if most > 0.0 { format!("{most:.1}") } else { "-".into() }
@@ -89,16 +86,14 @@ fn summary(judged: &Judged) -> Section {
             growth(&|row| row.memory_growth),
             scene.cheapest().map_or_else(String::new, |row| row.large.recipe.to_string()),
             format!("{:+.1} %", 100.0 * (over - 1.0)),
-            if scene.broken().is_empty() { "kept".into() } else { scene.broken().join("; ") },
-            badly.join(", "),
-            if badly.is_empty() { String::new() } else { scene.breaks.to_string() },
+            if scene.broken().is_empty() { "kept".into() } else { "broken".into() },
         ]
     };
     let kept = judged.scenes.iter().filter(|scene| scene.broken().is_empty()).count();
     let worst = judged.scenes.iter().filter_map(|s| Some((s.auto()?.over, s.name))).max_by(|a, b| a.0.total_cmp(&b.0));
     let mut notes = vec![format!(
         "{kept} of {} scenes keep all promises. Of the recipes each column has the most in the larger size: depth and leaf of a tree, references a triangle, and how many times \
-         as long a build takes and as many bytes it holds there as in the smaller size, which may be {} and {} times what the triangles are.",
+         as long a build takes and as many bytes it holds there as in the smaller size, which may be {} and {} times what the triangles are, and {GROWTH_OF_RAYS} times for what asks rays: auto, best, adapt.",
         judged.scenes.len(),
         GROWTH[0],
         GROWTH[1],
@@ -115,8 +110,18 @@ fn summary(judged: &Judged) -> Section {
     Section { title, table, notes, ..Section::default() }
 }
 
-fn badly(row: &Grown) -> Option<String> {
-    row.poor.map(|_| format!("{} {:.1}", row.large.recipe, row.over))
+/// A row for each recipe that costs much more than the cheapest.
+fn badly(judged: &Judged) -> Section {
+    let columns =
+        [("scene", Cell::Name), ("recipe", Cell::Words), ("times the cheapest", Cell::Number), ("reason", Cell::Words)];
+    let mut rows = Vec::new();
+    for scene in &judged.scenes {
+        for (row, reason) in scene.recipes.iter().filter_map(|row| Some((row, row.poor?))) {
+            let name = format!("{} {}", scene.id, scene.name);
+            rows.push(vec![name, row.large.recipe.into(), format!("{:.2}", row.over), reason.into()]);
+        }
+    }
+    Section { title: "What does badly where, and why".into(), table: table_of(&columns, rows), ..Section::default() }
 }
 
 /// A row for each recipe on each scene, and a point.
@@ -188,7 +193,6 @@ fn motions(judged: &Judged) -> Section {
         ("worst", Cell::Number),
         ("refitted always, worst", Cell::Number),
         ("verdict", Cell::Words),
-        ("breaks", Cell::Words),
     ];
     let mut rows = Vec::new();
     for motion in &judged.motions {
@@ -203,11 +207,13 @@ fn motions(judged: &Judged) -> Section {
             format!("{:.2}", auto.mean_over),
             format!("{:.2}", auto.worst_over),
             format!("{:.2}", always.worst_over),
-            motion.broken().unwrap_or_else(|| "kept".into()),
-            motion.breaks.to_string(),
+            motion.broken().map_or("kept", |_| "broken").to_string(),
         ]);
     }
-    let mut notes = vec!["Trees are refitted until that is too dear (--refit auto); beside them what refitting always comes to.".to_string()];
+    let mut notes = vec![
+        "Trees are refitted until that is too dear (--refit auto); beside them what refitting always comes to."
+            .to_string(),
+    ];
     if let Some(splits) = &judged.splits {
         let [built, fitted, moved @ ..] = &splits.over[..] else { return Section::default() };
         let worst = moved.iter().copied().fold(0.0, f64::max);
