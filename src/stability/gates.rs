@@ -34,7 +34,8 @@ pub const AUTO_MARGIN: f64 = 1.25;
 pub const POOR: f64 = 1.5;
 /// A build may take so many times as long for each triangle of the larger size, and hold so many times as much.
 pub const GROWTH: [f64; 2] = [3.0, 1.6];
-/// What asks rays may take so many times as long: up to 8,192 triangles more triangles have more rays, and where boxes overlap like fog each visits a part of them all.
+/// What asks rays may take so many times as long: up to 8,192 triangles more triangles have more rays, and where boxes overlap like fog each visits a part of
+/// them all.
 pub const GROWTH_OF_RAYS: f64 = 5.0;
 
 /// How many times as long a recipe may take for each triangle of the larger size.

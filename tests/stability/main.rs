@@ -58,7 +58,7 @@ fn every_scene_keeps_its_promises_by_every_recipe() {
     let _turn = alone();
     let exec = Executor::new(0).unwrap();
     // Below 512 triangles searches build one tree and measure nothing, so what they hold would seem to jump.
-    let effort = Effort { sizes: [800, 2400], ..effort(RAYS, 0) };
+    let effort = Effort { sizes: [700, 2100], ..effort(RAYS, 0) };
     let mut broken = Vec::new();
     for failure in &FAILURES {
         let report = SceneReport::of(failure, &effort, &exec, |_| true).unwrap().expect("nobody stopped it");
@@ -77,31 +77,31 @@ fn every_scene_keeps_its_promises_by_every_recipe() {
     assert!(broken.is_empty(), "{broken:#?}");
 }
 
-/// Eight times the triangles: what is linear takes eight times as long, what is quadratic 64 times. The least of many builds on each side, and another
+/// Four times the triangles: what is linear takes four times as long, what is quadratic 16 times. The least of many builds on each side, and another
 /// try where something else ran meanwhile.
 #[test]
 fn build_time_grows_about_as_triangles_do() {
     let _turn = alone();
     let exec = Executor::sequential();
-    for id in ["F05", "F06", "F07", "F20", "F33"] {
+    for id in ["F06", "F07", "F20", "F33"] {
         let times = |size: usize| {
             let scene = named(id).scene(size);
             let mut judge = Judge::new(&scene, &effort(1, 3), &exec);
             let all = recipes().into_iter().filter(|recipe| time_growth(recipe.name) == GROWTH[0]);
             all.map(|recipe| (recipe.name, judge.row(&recipe).unwrap().seconds)).collect::<Vec<_>>()
         };
-        let mut least = [times(250), times(2000)];
+        let mut least = [times(600), times(2400)];
         for _ in 0..4 {
-            let is_slow = |i: usize| least[1][i].1 > 8.0 * GROWTH[0] * least[0][i].1;
+            let is_slow = |i: usize| least[1][i].1 > 4.0 * GROWTH[0] * least[0][i].1;
             if !(0..least[0].len()).any(is_slow) {
                 break;
             }
             // Of the larger size the least counts, of the smaller one the first.
-            let again = times(2000);
+            let again = times(2400);
             least[1].iter_mut().zip(again).for_each(|(known, new)| known.1 = known.1.min(new.1));
         }
         for (small, large) in least[0].iter().zip(&least[1]) {
-            assert!(large.1 <= 8.0 * GROWTH[0] * small.1, "{id}, {}: {} s and {} s", small.0, small.1, large.1);
+            assert!(large.1 <= 4.0 * GROWTH[0] * small.1, "{id}, {}: {} s and {} s", small.0, small.1, large.1);
         }
     }
 }

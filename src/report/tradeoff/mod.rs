@@ -1,7 +1,8 @@
 //! What trees take to build against what rays cost in them: the recipes of one scene beside each other.
 //!
 //! `recipe` says what is tried and in which order, `measure` builds in rounds and traces, `times` sums rounds up and tells which recipes they cannot
-//! tell apart, `chart` draws. `peer` lets builders of others take part. `forms` compares the forms that the same trees can have, and `predict` asks which figure of a tree tells its time.
+//! tell apart, `chart` draws. `peer` lets builders of others take part. `forms` compares the forms that the same trees can have, and `predict` asks which
+//! figure of a tree tells its time.
 //!
 //! Ray cost is a count, the same on every machine for any number of threads. Build time is what a clock says: the median of rounds that
 //! alternate over the recipes, so that whatever else the machine does meets all alike.

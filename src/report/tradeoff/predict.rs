@@ -10,7 +10,8 @@ pub struct Predictor {
     of: fn(&Row) -> f64,
 }
 
-/// The weight of the EPO in the mix with the SAH, as fitted over several scenes by T. Aila, T. Karras and S. Laine, "On Quality Metrics of Bounding Volume Hierarchies",
+/// The weight of the EPO in the mix with the SAH, as fitted over several scenes by T. Aila, T. Karras and S. Laine, "On Quality Metrics of Bounding Volume
+/// Hierarchies",
 /// 2013.
 pub const EPO_WEIGHT: f64 = 0.71;
 
@@ -35,7 +36,8 @@ impl Predictor {
 pub struct Prediction {
     /// Its name.
     pub predictor: &'static str,
-    /// Spearman's rank correlation with the time that rays take, ranks counted within each model: 1 where the order is the same, 0 where one says nothing of the other.
+    /// Spearman's rank correlation with the time that rays take, ranks counted within each model: 1 where the order is the same, 0 where one says nothing of
+    /// the other.
     pub correlation: f64,
     /// Trees of all models.
     pub trees: u64,

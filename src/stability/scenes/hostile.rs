@@ -83,7 +83,8 @@ pub fn below_every_epsilon(count: usize) -> Soup {
     (0..count).map(|_| speck(&mut random, 0.0, 1.0, 0.01).map(|p| scale(p, 1e-18))).collect()
 }
 
-/// Specks so small that no float of their size has all its digits, an eighth as many as asked for: rays among them are decided by exact arithmetic, which makes a search
+/// Specks so small that no float of their size has all its digits, an eighth as many as asked for: rays among them are decided by exact arithmetic, which
+/// makes a search
 /// over more than its least number of triangles take seconds.
 pub fn denormal(count: usize) -> Soup {
     let mut random = Random::new(18);

@@ -1,7 +1,8 @@
 //! `bvhc chart`: what each recipe takes to build against what rays cost then, and other pictures of speed against accuracy, on one page.
 //!
 //! `recipes` lists what is tried, `measure` measures a model or the frames of a sequence, `sections` makes pictures and tables of that, `document` says it
-//! as JSON and as comma-separated values. `forms` and `prediction` are pictures of their own. `stability` judges scenes that builders fail on instead. `output` writes what either made.
+//! as JSON and as comma-separated values. `forms` and `prediction` are pictures of their own. `stability` judges scenes that builders fail on instead.
+//! `output` writes what either made.
 
 mod document;
 mod forms;
@@ -47,7 +48,7 @@ pub struct ChartArgs {
     #[arg(long, value_name = "SCENES", num_args = 0..=1, require_equals = true, default_missing_value = "", value_delimiter = ',', conflicts_with_all = ["models", "recipes"])]
     stability: Option<Vec<String>>,
     /// Triangles of each scene of --stability, about, in a small and in a large form
-    #[arg(long, value_name = "SMALL,LARGE", value_parser = parse_sizes, default_value = "800,3200", requires = "stability")]
+    #[arg(long, value_name = "SMALL,LARGE", value_parser = parse_sizes, default_value = "700,2100", requires = "stability")]
     sizes: Sizes,
     /// Page to write; it holds all that it shows, and asks no network
     #[arg(short, long, value_name = "PAGE.html")]
@@ -104,7 +105,7 @@ fn parse_sizes(text: &str) -> Result<Sizes, String> {
     let sizes: Option<Vec<usize>> = text.split(',').map(|size| size.trim().parse().ok()).collect();
     match sizes.as_deref() {
         Some([small, large]) if small < large && *large <= MOST_TRIANGLES => Ok(Sizes([*small, *large])),
-        _ => Err(format!("it takes two ascending numbers up to {MOST_TRIANGLES}, such as 800,3200")),
+        _ => Err(format!("it takes two ascending numbers up to {MOST_TRIANGLES}, such as 700,2100")),
     }
 }
 

@@ -259,7 +259,7 @@ fn sequence(measured: &Sequence, args: &ChartArgs) -> Section {
         ("SAH", Cell::Number),
         ("ray cost", Cell::Number),
         ("bytes added", Cell::Number),
-        ("opens in, ms", Cell::Number),
+        ("opens in, µs", Cell::Number),
     ];
     let cells = |(frame, seconds): (&FrameReport, &f64)| {
         vec![
@@ -271,7 +271,7 @@ fn sequence(measured: &Sequence, args: &ChartArgs) -> Section {
             format!("{:.2}", frame.sah),
             frame.ray_cost.map_or_else(|| "-".into(), |cost| format!("{cost:.2}")),
             figures::count(frame.bytes),
-            milliseconds(*seconds),
+            format!("{:.1}", 1e6 * seconds),
         ]
     };
     let table = table_of(&columns, report.frames.iter().zip(opened).map(cells).collect());
@@ -281,11 +281,11 @@ fn sequence(measured: &Sequence, args: &ChartArgs) -> Section {
     let heads = ["Ray cost", "Bytes added by each frame"];
     chart.panels.iter_mut().zip(heads).for_each(|(panel, head)| panel.title = format!("{head}: {name}"));
     let point = |(row, (frame, seconds)): (usize, (&FrameReport, &f64))| {
-        Point::new(frame.bytes as f64, 1e3 * seconds).of_row(row)
+        Point::new(frame.bytes as f64, 1e6 * seconds).of_row(row)
     };
     let points = report.frames.iter().zip(opened).enumerate().map(point).collect();
     let added = Axis::logarithmic_or_zero("bytes added by the frame").lower_is_better();
-    let opening = Axis::linear("time to open it, ms").lower_is_better();
+    let opening = Axis::linear("time to open it, µs").lower_is_better();
     let panel = Panel::new(format!("Bytes against time to open: {name}"), added, opening);
     chart.panels.push(panel.with(Series::new("frames", 2, points)));
     let notes = vec!["A segment ends where a frame shows other trees than the one before it. Built: trees that were built for the frame, all others were refitted.".into()];
