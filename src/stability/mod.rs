@@ -20,6 +20,7 @@
 //! # Ok::<(), bvhc::stability::JudgeError>(())
 //! ```
 
+mod clock;
 mod effort;
 mod gates;
 pub mod heap;

@@ -75,7 +75,7 @@ pub const MOTIONS: [Motion; 6] = [
         "F28-walk",
         "random-walk",
         (16, random_walk),
-        (14, 1.6),
+        (16, 1.3),
         "refitting: cost grows from frame to frame without a jump to notice it by",
     ),
     motion(

@@ -8,6 +8,9 @@ use super::scenes::Failure;
 use crate::exec::Executor;
 use serde::Serialize;
 
+/// So many times the triangles in the larger size tell how time and memory grow.
+const LEAST_GROWN: f64 = 2.0;
+
 /// A recipe in both sizes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Grown {
@@ -70,7 +73,7 @@ impl SceneReport {
                 over,
                 time_growth: growth(large.seconds, small.seconds),
                 memory_growth: growth(large.peak_bytes as f64, small.peak_bytes as f64),
-                poor: (over > POOR).then(|| reason(failure.id, large.recipe, failure.breaks)),
+                poor: (over > POOR).then(|| reason(large.recipe, failure.breaks)),
                 small,
                 large,
             }
@@ -112,7 +115,8 @@ impl SceneReport {
             for (what, growth, most) in
                 [("time", row.time_growth, time_growth(name)), ("memory", row.memory_growth, GROWTH[1])]
             {
-                if growth > most * grown {
+                // A scene of few triangles in any size has nothing to grow by.
+                if grown >= LEAST_GROWN && growth > most * grown {
                     broken.push(format!("{name}: {growth:.1} times the {what} for {grown:.1} times the triangles"));
                 }
             }
