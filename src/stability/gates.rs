@@ -86,8 +86,7 @@ pub fn ratio(a: f64, b: f64) -> f64 {
 }
 
 /// Why trees of oriented boxes do badly where a scene is there for something else.
-const ORIENTED: &str =
-    "pairs are chosen among neighbours on the Morton curve by boxes that may lean, and rays walk those along the axes that come of it";
+const ORIENTED: &str = "pairs are chosen among neighbours on the Morton curve by boxes that may lean, and rays walk those along the axes that come of it";
 
 /// Why a recipe does badly on a scene: what the scene is there for, where that is about the recipe.
 pub fn reason(recipe: &str, breaks: &'static str) -> &'static str {
