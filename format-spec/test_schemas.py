@@ -127,6 +127,7 @@ def documents(tool, scratch):
     all_of_it = ["-o", "chart.html", "--accuracy-rays", "200", "--recipe", "--method sweep --reinsert 1"]
     yield from run("chart", "odd.obj", "clip.bvhc", *chart, *all_of_it)
     yield from run("chart", SAMPLES / "pillar.obj", *chart, "--accuracy-rays", "0", "--budget", "0s")
+    yield from run("chart", "--stability=ball,gait,nan,F29", "--sizes", "60,120", "--rays", "64", "--rounds", "1", "--png", "stability.png")
 
 
 def head_of(page):

@@ -70,7 +70,8 @@
 //! - [`sequence`]: many frames become one file;
 //! - [`Build`]: all of this in one go;
 //! - [`verify`]: rays traced on the CPU and on OpenCL devices, compared with the oracle;
-//! - [`report`]: facts about a file, as data, and charts.
+//! - [`report`]: facts about a file, as data, and charts;
+//! - [`stability`]: scenes on which builders are known to fail, and how every method does on them.
 //!
 //! The file format is `format-spec/SPEC.md`: a reader in another language needs nothing else.
 
@@ -86,6 +87,7 @@ pub mod report;
 pub mod scene;
 pub mod search;
 pub mod sequence;
+pub mod stability;
 pub mod trace;
 pub mod tree;
 pub mod verify;

@@ -1,11 +1,12 @@
 //! What builds hold at once beside the scene, their result included, stays within what docs/methods.md promises per triangle.
 
-#[path = "../examples/build_stats/memory.rs"]
-mod memory;
-
 use bvhc::build::{BuildOptions, Executor, Levels, Method, NoProgress, Preset};
 use bvhc::compile;
 use bvhc::scene::{self, Mesh, ReadOptions};
+use bvhc::stability::heap::{self, Counting};
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 /// Short slivers in all directions, strewn over a cube of this edge: the smaller it is, the more their boxes overlap.
 fn straw(count: u32, edge: f32) -> Mesh {
@@ -54,7 +55,7 @@ fn builds_hold_no_more_than_promised() {
         ] {
             for jobs in [1, 2] {
                 let exec = Executor::new(jobs).unwrap();
-                let (tree, peak) = memory::peak_of(|| compile::build_tree(&mesh, options, &exec, &NoProgress).unwrap());
+                let (tree, peak) = heap::peak_of(|| compile::build_tree(&mesh, options, &exec, &NoProgress).unwrap());
                 let each = peak / mesh.triangles.len();
                 println!("{name}, {jobs} threads: {each} bytes per triangle, {} references", tree.refs.len());
                 assert!(each <= most, "{name}, {jobs} threads: {each} bytes per triangle, more than {most}");

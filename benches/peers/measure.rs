@@ -2,10 +2,11 @@
 
 use crate::recipes::Recipe;
 use crate::scenes::Scene;
-use crate::workers::{Family, Pipe};
+use crate::workers::Family;
 use bvhc::build::{BuildOptions, Executor, NoProgress, Preset};
 use bvhc::cache::Image;
 use bvhc::compile::build_tree;
+use bvhc::report::tradeoff::Pipe;
 use bvhc::scene::Mesh;
 use bvhc::trace::probe::{Camera, ProbeRays, RayCost};
 use bvhc::tree::quality::epo::{EndPointOverlap, MOST_VISITS, exact, sampled};

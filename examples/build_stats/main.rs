@@ -17,7 +17,6 @@
 //! time that N threads can divide, and speed-up alone what all this makes of the speed-up where nothing else wants the processors.
 
 mod curves;
-mod memory;
 mod phases;
 
 use self::phases::cpu_ms;
@@ -26,11 +25,15 @@ use bvhc::cache::Image;
 use bvhc::compile;
 use bvhc::geom::Affine;
 use bvhc::scene::{self, Instance, Mesh, ReadOptions, Scene};
+use bvhc::stability::heap::{self, Counting};
 use bvhc::trace::rays::{RaySet, Sampler};
 use bvhc::trace::{Counters, try_any_hit, try_closest_hit};
 use bvhc::tree::quality::sah;
 use bvhc::tree::{Accel, Tree};
 use std::time::Instant;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 fn main() {
     let (mut jobs, mut repeat, mut rays, mut by_phases) = (0, 3, 0, false);
@@ -79,7 +82,7 @@ fn main() {
                 *tree = Tree::default();
                 let (start, start_cpu) = (Instant::now(), cpu_ms());
                 (*tree, *peak) =
-                    memory::peak_of(|| compile::build_tree(mesh, options, &exec, &NoProgress).expect("a tree"));
+                    heap::peak_of(|| compile::build_tree(mesh, options, &exec, &NoProgress).expect("a tree"));
                 *least = least.min(start.elapsed().as_secs_f64() * 1e3);
                 *least_cpu = least_cpu.min(cpu_ms() - start_cpu);
             }

@@ -3,10 +3,10 @@
 //! On a busy machine a second thread saves little by the clock. So each build is also done on one thread that cuts the work up as for
 //! several and notes how long it spends in what they would share: the rest is what no second thread makes quicker.
 
-use super::memory::peak_of;
 use bvhc::build::{self, BuildOptions, Executor, Progress};
 use bvhc::compile;
 use bvhc::scene::Mesh;
+use bvhc::stability::heap::peak_of;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 

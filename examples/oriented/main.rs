@@ -11,13 +11,7 @@
 //!    along the axes, with any rotation and with one of a small set; a ray that is turned pays for that. Models that are named are in this
 //!    table alone.
 
-#[allow(dead_code, reason = "another example writes models and tells what they break")]
-#[path = "../../samples/generator/failures/mod.rs"]
-mod failures;
 mod growth;
-#[allow(dead_code, reason = "another example prints all of a row")]
-#[path = "../../samples/generator/failures/judge.rs"]
-mod judge;
 mod kinds;
 mod orient;
 mod saving;
@@ -28,9 +22,8 @@ use bvhc::compile::{build_tree, lay_out};
 use bvhc::geom::Aabb;
 use bvhc::oriented::{Basis, Dop14, OrientedBox};
 use bvhc::scene::{self, Mesh};
-use failures::{FAILURES, Failure};
+use bvhc::stability::{Effort, Failure, Judge, recipes};
 use growth::growth;
-use judge::{Judge, recipes};
 use kinds::bounded;
 use orient::discrete;
 use saving::saving;
@@ -44,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut args = std::env::args().skip(1);
     let count = args.next().map_or(Ok(4000), |text| text.parse())?;
     let exec = Executor::new(0)?;
-    let scenes: Vec<&Failure> = SCENES.iter().filter_map(|name| FAILURES.iter().find(|f| f.name == *name)).collect();
+    let scenes: Vec<&Failure> = SCENES.iter().filter_map(|name| Failure::named(name)).collect();
 
     println!("| scene | triangles | basis | 2–8 | 9–64 | 65–512 | more | all | measured |");
     println!("|---|--:|---|--:|--:|--:|--:|--:|--:|");
@@ -62,11 +55,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("\n| scene | {} |\n|---|{}", RECIPES.join(" | "), "--:|".repeat(RECIPES.len()));
     for failure in &scenes {
         let scene = failure.scene(count);
-        let mut judge = Judge::new(&scene, RAYS, &exec);
+        let effort = Effort { sizes: [count; 2], rays: RAYS, judged_rays: 1, rounds: 0 };
+        let mut judge = Judge::new(&scene, &effort, &exec);
         let recipes = recipes();
-        let named = |name: &&str| recipes.iter().find(|(other, _)| other == name);
-        let costs: Vec<f64> =
-            RECIPES.iter().filter_map(named).map(|(name, options)| judge.row(name, options, &exec).cost).collect();
+        let named = |name: &&str| recipes.iter().find(|recipe| recipe.name == *name);
+        let rows: Result<Vec<_>, _> = RECIPES.iter().filter_map(named).map(|recipe| judge.row(recipe)).collect();
+        let costs: Vec<f64> = rows?.iter().map(|row| row.cost).collect();
         let sweep = costs.last().copied().unwrap_or(1.0);
         let cells: Vec<String> = costs.iter().map(|cost| format!("{:.2}", cost / sweep)).collect();
         println!("| {} | {} |", failure.name, cells.join(" | "));

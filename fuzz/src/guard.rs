@@ -2,11 +2,12 @@
 
 use crate::planted::Plan;
 use crate::targets::Target;
+use bvhc::stability::heap::{Counting, peak_of};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-#[path = "../../examples/build_stats/memory.rs"]
-mod memory;
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 const LONGEST: Duration = Duration::from_secs(1);
 
@@ -50,7 +51,7 @@ fn processor_time() -> Option<Duration> {
 
 /// What `work` gives. Panics where that holds more bytes at once than it may.
 pub fn within<T>(most: usize, work: impl FnOnce() -> T) -> T {
-    let (result, held) = memory::peak_of(work);
+    let (result, held) = peak_of(work);
     assert!(held <= most, "the case holds {held} bytes and may hold {most}");
     result
 }

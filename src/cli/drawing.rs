@@ -71,8 +71,13 @@ pub fn text(path: &Path, what: &str, text: &str) -> Result<(), Failure> {
 
 /// Write a picture as PNG; how many bytes that took.
 pub fn picture(path: &Path, canvas: &Canvas) -> Result<u64, Failure> {
-    let png = canvas.png().map_err(|e| Failure::new(Exit::Internal, "cannot make a PNG").fact(e.to_string()))?;
     let _publishing = interrupt::publish()?;
+    pixels(path, canvas)
+}
+
+/// Likewise; whoever calls has the permission of [`interrupt::publish`].
+pub fn pixels(path: &Path, canvas: &Canvas) -> Result<u64, Failure> {
+    let png = canvas.png().map_err(|e| Failure::new(Exit::Internal, "cannot make a PNG").fact(e.to_string()))?;
     std::fs::write(path, &png).map_err(|e| {
         Failure::new(Exit::Io, format!("cannot write the picture {}", names::path(path))).fact(e.to_string())
     })?;

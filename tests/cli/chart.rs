@@ -97,7 +97,9 @@ fn without_times(mut value: Value) -> Value {
         match value {
             Value::Object(fields) => {
                 let timed = |name: &str| name.ends_with("seconds") || name.ends_with("per_second");
-                fields.retain(|name, _| !timed(name) && !["threads", "front", "indistinct"].contains(&name.as_str()));
+                fields.retain(|name, _| {
+                    !timed(name) && !["threads", "front", "indistinct", "predictions"].contains(&name.as_str())
+                });
                 fields.values_mut().for_each(strip);
             }
             Value::Array(values) => values.iter_mut().for_each(strip),
@@ -183,7 +185,8 @@ fn models_and_sequences_stand_on_one_page_and_what_fails_is_told() {
     assert!(said.code == 10 && said.err.contains("missing.obj"), "{} {}", said.code, said.err);
     let html = text(&place, "page.html");
     assert!(html.contains("Not measured: missing.obj.") && html.contains("Frames: heli.bvhc"), "{html}");
-    assert_eq!(html.matches("<section id=").count(), 2);
+    // Recipes and forms of the model, frames, and what predicts time.
+    assert_eq!(html.matches("<section id=").count(), 4);
     assert!(text(&place, "page.csv").contains("heli.bvhc,frames,1,,"));
 
     // A still file is no model, and it is said what to do with it.
@@ -239,4 +242,102 @@ fn an_interruption_writes_what_is_measured() {
     let html = text(&place, "page.html");
     assert!(html.contains("The run was interrupted") && html.ends_with("</html>\n"), "{html}");
     assert_eq!((said.json()["interrupted"].as_bool(), said.json()["exit_code"].as_u64()), (Some(true), Some(130)));
+}
+
+#[test]
+fn pixels_show_what_the_picture_shows() {
+    let place = roof();
+    place.ok(&format!("chart roof.obj {QUICK} --rounds 1 --png all.png --svg all.svg"));
+    let reader = png::Decoder::new(std::io::Cursor::new(place.read("all.png"))).read_info().unwrap();
+    let (width, height) = (reader.info().width / 2, reader.info().height / 2);
+    assert!(text(&place, "all.svg").contains(&format!("<svg width=\"{width}\" height=\"{height}\"")));
+    // It is known again, and another kind of file is not made under its name.
+    place.ok(&format!("chart roof.obj {QUICK} --rounds 1 --png all.png"));
+    assert_eq!(place.run(&format!("chart roof.obj {QUICK} --png all.svg")).code, 2);
+}
+
+#[test]
+fn forms_lose_no_hit_and_what_predicts_time_is_told() {
+    let place = roof();
+    let json = place.ok(&format!("chart roof.obj {QUICK} --rounds 3 --json")).json();
+    let forms = json["models"][0]["forms"]["rows"].as_array().unwrap();
+    assert_eq!(forms.len(), 4);
+    assert!(forms.iter().all(|form| form["lost"] == 0 && form["mrays_per_second"].as_f64().unwrap() > 0.0), "{json}");
+    let told: Vec<&str> =
+        json["predictions"].as_array().unwrap().iter().map(|p| p["predictor"].as_str().unwrap()).collect();
+    assert_eq!(told, ["SAH", "EPO", "SAH + EPO", "leaf variability", "ray cost"]);
+}
+
+/// A worker that makes one leaf of everything.
+const WORKER: &str = "import struct, sys
+read, write = sys.stdin.buffer.read, sys.stdout.buffer.write
+(count,) = struct.unpack('=I', read(4))
+floats = struct.unpack('=%df' % (9 * count), read(36 * count))
+low, high = [[pick(floats[axis::3]) for axis in range(3)] for pick in (min, max)]
+while read(1):
+    write(struct.pack('=dI3fI3fI32xI%dI' % count, 2.5, 2, *low, 0, *high, count, count, *range(count)))
+    sys.stdout.flush()
+";
+
+#[test]
+fn a_builder_of_others_is_a_point_and_one_that_fails_is_told() {
+    let place = roof();
+    place.write("worker.py", WORKER);
+    let python = std::process::Command::new("python3").arg("--version").output();
+    if !python.is_ok_and(|output| output.status.success()) {
+        return;
+    }
+    let mut command = place.command();
+    command.args([
+        "chart",
+        "roof.obj",
+        "--rays",
+        "64",
+        "--accuracy-rays",
+        "0",
+        "--rounds",
+        "3",
+        "--budget",
+        "600s",
+        "--json",
+    ]);
+    command.args(["--peer", "bvh=python3 worker.py", "--peer", "obvhs=./nothing"]);
+    let json = crate::said(command.output().unwrap()).json();
+    let rows = json["models"][0]["recipes"].as_array().unwrap();
+    let peer = rows.iter().find(|row| row["origin"] == "peer").expect("the worker's tree");
+    assert_eq!((peer["name"].as_str(), peer["nodes"].as_u64()), (Some("bvh default"), Some(1)));
+    assert_eq!((peer["build"]["median_seconds"].as_f64(), peer["build"]["rounds"].as_u64()), (Some(0.0025), Some(3)));
+    let cost = |row: &Value| row["rays"]["cost"].as_f64().unwrap();
+    assert!(rows.iter().all(|row| cost(row) <= cost(peer)), "one leaf is the worst tree");
+    let left = json["models"][0]["left_out"].as_array().unwrap();
+    assert_eq!((left.len(), left[0]["reason"].as_str()), (1, Some("failed")));
+    assert_eq!(place.run("chart roof.obj --peer nobody=worker").code, 2);
+}
+
+#[test]
+fn scenes_that_builders_fail_on_are_judged() {
+    let place = Place::new();
+    let said = place.run(
+        "chart --stability=F36,gait,nan,F29 --sizes 100,300 --rays 64 --rounds 1 --json -o page.html --csv page.csv",
+    );
+    let json = said.json();
+    assert_eq!(json["schema"], "bvhc.stability.v1");
+    // What a clock says of so small builds is not held against them here.
+    let broken = json["broken"].as_array().unwrap();
+    assert!(broken.iter().all(|what| what.as_str().unwrap().contains("times the time")), "{broken:?}");
+    assert_eq!(said.code, i32::from(!broken.is_empty()));
+    let scene = &json["scenes"][0];
+    assert_eq!((scene["id"].as_str(), scene["recipes"].as_array().unwrap().len()), (Some("F36"), 16));
+    for row in scene["recipes"].as_array().unwrap() {
+        assert_eq!((row["large"]["wrong"].as_u64(), row["large"]["triangles"].as_u64()), (Some(0), Some(300)));
+        assert!(row["large"]["peak_bytes"].as_u64().unwrap() > 0, "the program counts what builds hold");
+    }
+    assert_eq!(json["motions"][0]["rows"].as_array().unwrap().len(), 3);
+    assert!(json["refused"][0]["refusal"].is_string() && json["splits"].is_object());
+    assert!(text(&place, "page.html").contains("F36 cloud") && text(&place, "page.csv").contains("cloud,F36,auto,"));
+
+    let unknown = place.run("chart --stability=nowhere");
+    assert!(unknown.code == 2 && unknown.err.contains("hall"), "{}", unknown.err);
+    assert_eq!(place.run("chart roof.obj --stability").code, 2);
+    assert_eq!(place.run("chart --stability --sizes 200,100").code, 2);
 }

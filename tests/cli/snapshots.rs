@@ -39,6 +39,8 @@ fn keep(name: &str, place: &Place, commands: &[&str]) {
         (r" +\d+\.\d+ M rays/s", "  # M rays/s"),
         // The rays in the table of `--accuracy`, before the two columns of counts.
         (r"(?m) +\d+\.\d+( +\d+\.\d +\d+\.\d)$", "        #$1"),
+        // What opening a frame takes, behind the bytes that it added.
+        (r"(?m)^(\d+(?: +\d+){4}(?: +\d+\.\d+){2} +\d+) +\d+\.\d$", "$1  # µs"),
         (r#""(\w*(?:_ms|seconds|per_second|peak_memory|device_memory))": [0-9.e-]+"#, r#""$1": #"#),
         (r"peak memory [0-9.]+ (KiB|MiB) \(\d+ bytes per triangle\)", "peak memory #"),
         (r"peak memory of all builds together: [0-9.]+ (KiB|MiB)", "peak memory of all builds together: #"),

@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release --example oriented` prints the whole table, in any size.
 
-use super::named;
+use super::{alone, named};
 use crate::growth::{Growth, growth};
 use crate::orient::discrete;
 use crate::saving::saving;
@@ -17,6 +17,7 @@ fn both(id: &str, count: usize) -> [Growth; 2] {
 
 #[test]
 fn along_leaves_boxes_of_curtain_and_pillar_grow_from_level_to_level_and_fitted_ones_do_not() {
+    let _turn = alone();
     // F13 and F14: the two scenes on which the method's author saw it. The last is how much too large the root is at least.
     for (id, root) in [("F13", 3.0), ("F14", 15.0)] {
         let [leaf, fit] = both(id, 4000);
@@ -36,6 +37,7 @@ fn along_leaves_boxes_of_curtain_and_pillar_grow_from_level_to_level_and_fitted_
 
 #[test]
 fn the_larger_the_pillar_the_larger_the_error_along_leaves() {
+    let _turn = alone();
     let roots: Vec<[f64; 2]> = [64, 512, 4000].map(|count| both("F14", count).map(|found| found.root)).to_vec();
     assert!(roots.is_sorted_by(|a, b| 2.0 * a[0] < b[0]), "{roots:?}");
     assert!(roots.iter().all(|[_, fit]| *fit < 1.05), "{roots:?}");
@@ -44,6 +46,7 @@ fn the_larger_the_pillar_the_larger_the_error_along_leaves() {
 /// Along slanted things boxes are worth turning, elsewhere they stay as they are, and no turned box loses a hit.
 #[test]
 fn turned_subtrees_save_rays_on_slanted_scenes_and_no_hit_is_lost() {
+    let _turn = alone();
     let (exec, set) = (Executor::new(0).unwrap(), discrete());
     // At most what rays pay with any rotation, and with one of the set, over what they pay along the axes.
     for (id, most) in [("F11", [0.2, 0.4]), ("F12", [0.3, 0.6]), ("F14", [0.5, 1.01]), ("F27", [1.01, 1.01])] {

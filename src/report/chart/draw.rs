@@ -1,8 +1,10 @@
 //! Drawing, with plotters as the pen: it knows shapes and escapes text, the layout is ours.
 
 use super::labels::{Places, width};
+use super::raster::{Fine, Raster};
 use super::scale::{Fit, short};
 use super::{COLOURS, Chart, Marker, PALETTE, Panel, Point, Series, front};
+use crate::report::picture;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -12,7 +14,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 #[error("cannot draw the chart: {0}")]
 pub struct ChartError(String);
 
-type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Canvas<B> = DrawingArea<B, Shift>;
 type Drawn = Result<(), ChartError>;
 
 const PLOT: [f64; 2] = [340.0, 240.0];
@@ -27,9 +29,44 @@ const INK: RGBColor = RGBColor(50, 50, 50);
 const FAINT: RGBColor = RGBColor(222, 222, 222);
 const FRONT: RGBColor = RGBColor(150, 150, 150);
 
+/// Where things stand, in units of the chart.
+struct Layout {
+    columns: usize,
+    cell: [f64; 2],
+    /// Of the title, with the room below it.
+    head: f64,
+    legend: Vec<Vec<(Marker, RGBColor, String)>>,
+    /// From one line of text to the next.
+    line: f64,
+    /// Where the legend begins.
+    below: f64,
+    size: (u32, u32),
+}
+
 impl Chart {
     /// The chart as an SVG document.
+    ///
+    /// # Errors
+    /// Never so far: the pen writes into memory.
     pub fn svg(&self) -> Result<String, ChartError> {
+        let mut out = String::new();
+        let layout = self.layout();
+        self.draw(SVGBackend::with_string(&mut out, layout.size), layout)?;
+        Ok(out)
+    }
+
+    /// The chart in pixels, two for each of its units, for a PNG: the same marks at the same places.
+    ///
+    /// # Errors
+    /// As [`svg`](Chart::svg).
+    pub fn canvas(&self) -> Result<picture::Canvas, ChartError> {
+        let layout = self.layout();
+        let (size, mut fine) = (layout.size, Fine::new(layout.size));
+        self.draw(Raster::new(size, &mut fine), layout)?;
+        Ok(fine.smooth())
+    }
+
+    fn layout(&self) -> Layout {
         let columns = self.columns.clamp(1, self.panels.len().max(1));
         let rows = self.panels.len().div_ceil(columns);
         let cell = [PLOT[0] + AROUND[0] + AROUND[2], PLOT[1] + AROUND[1] + AROUND[3]];
@@ -39,39 +76,40 @@ impl Chart {
         let line = TEXT + 7.0;
         let below = head + EDGE + rows as f64 * cell[1] + 4.0;
         let high = below + line * (legend.len() + self.notes.len()) as f64 + EDGE;
-        let mut out = String::new();
-        {
-            let backend = SVGBackend::with_string(&mut out, (size.ceil() as u32, high.ceil() as u32));
-            let canvas = backend.into_drawing_area();
-            canvas.fill(&WHITE).map_err(refused)?;
-            if !self.title.is_empty() {
-                write(&canvas, &self.title, [0.5 * size, EDGE], TITLE, INK, HPos::Center, VPos::Top)?;
-            }
-            for (i, panel) in self.panels.iter().enumerate() {
-                let (column, row) = ((i % columns) as f64, (i / columns) as f64);
-                let left = EDGE + column * cell[0] + AROUND[0];
-                let top = EDGE + head + row * cell[1] + AROUND[1];
-                panel.draw(&canvas, [left, top])?;
-            }
+        Layout { columns, cell, head, legend, line, below, size: (size.ceil() as u32, high.ceil() as u32) }
+    }
 
-            // The legend, and what is said about the whole.
-            let mut y = below + 0.5 * line;
-            for entries in legend {
-                let mut x = EDGE + 4.0;
-                for (marker, colour, text) in entries {
-                    marker.draw(&canvas, [x + RADIUS, y], colour)?;
-                    write(&canvas, &text, [x + 3.0 * RADIUS, y], TEXT, INK, HPos::Left, VPos::Center)?;
-                    x += 3.0 * RADIUS + entry_width(&text);
-                }
-                y += line;
-            }
-            for note in &self.notes {
-                write(&canvas, note, [EDGE + 4.0, y], SMALL, INK, HPos::Left, VPos::Center)?;
-                y += line;
-            }
-            canvas.present().map_err(refused)?;
+    fn draw<B: DrawingBackend>(&self, pen: B, layout: Layout) -> Drawn {
+        let Layout { columns, cell, head, legend, line, below, size } = layout;
+        let (canvas, size) = (pen.into_drawing_area(), f64::from(size.0));
+        canvas.fill(&WHITE).map_err(refused)?;
+        if !self.title.is_empty() {
+            write(&canvas, &self.title, [0.5 * size, EDGE], TITLE, INK, HPos::Center, VPos::Top)?;
         }
-        Ok(out)
+        for (i, panel) in self.panels.iter().enumerate() {
+            let (column, row) = ((i % columns) as f64, (i / columns) as f64);
+            let left = EDGE + column * cell[0] + AROUND[0];
+            let top = EDGE + head + row * cell[1] + AROUND[1];
+            panel.draw(&canvas, [left, top])?;
+        }
+
+        // The legend, and what is said about the whole.
+        let mut y = below + 0.5 * line;
+        for entries in legend {
+            let mut x = EDGE + 4.0;
+            for (marker, colour, text) in entries {
+                marker.draw(&canvas, [x + RADIUS, y], colour)?;
+                write(&canvas, &text, [x + 3.0 * RADIUS, y], TEXT, INK, HPos::Left, VPos::Center)?;
+                x += 3.0 * RADIUS + entry_width(&text);
+            }
+            y += line;
+        }
+        for note in &self.notes {
+            write(&canvas, note, [EDGE + 4.0, y], SMALL, INK, HPos::Left, VPos::Center)?;
+            y += line;
+        }
+        canvas.present().map_err(refused)?;
+        Ok(())
     }
 
     /// Entries in lines of at most this width: colours first, then markers.
@@ -114,7 +152,7 @@ fn entry_width(text: &str) -> f64 {
 
 impl Panel {
     /// The plot's upper left corner stands at `corner`.
-    fn draw(&self, canvas: &Canvas<'_>, [left, top]: [f64; 2]) -> Drawn {
+    fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>, [left, top]: [f64; 2]) -> Drawn {
         let [w, h] = PLOT;
         let (right, bottom) = (left + w, top + h);
         let across = Fit::new(self.x.scale, self.xs());
@@ -180,7 +218,7 @@ impl Series {
 }
 
 impl Marker {
-    fn draw(self, canvas: &Canvas<'_>, at: [f64; 2], colour: RGBColor) -> Drawn {
+    fn draw<B: DrawingBackend>(self, canvas: &Canvas<B>, at: [f64; 2], colour: RGBColor) -> Drawn {
         let (middle, radius) = (pixel(at), RADIUS as i32);
         let drawn = match self {
             Marker::None => Ok(()),
@@ -205,7 +243,12 @@ fn pixel([x, y]: [f64; 2]) -> (i32, i32) {
     (x.round() as i32, y.round() as i32)
 }
 
-fn line(canvas: &Canvas<'_>, points: impl IntoIterator<Item = [f64; 2]>, colour: RGBColor, thick: u32) -> Drawn {
+fn line<B: DrawingBackend>(
+    canvas: &Canvas<B>,
+    points: impl IntoIterator<Item = [f64; 2]>,
+    colour: RGBColor,
+    thick: u32,
+) -> Drawn {
     let points: Vec<(i32, i32)> = points.into_iter().map(pixel).collect();
     if points.len() < 2 {
         return Ok(());
@@ -217,7 +260,15 @@ fn style(size: f64, colour: RGBColor, across: HPos, up: VPos) -> TextStyle<'stat
     ("sans-serif", size).into_font().color(&colour).pos(Pos::new(across, up))
 }
 
-fn write(canvas: &Canvas<'_>, text: &str, at: [f64; 2], size: f64, colour: RGBColor, across: HPos, up: VPos) -> Drawn {
+fn write<B: DrawingBackend>(
+    canvas: &Canvas<B>,
+    text: &str,
+    at: [f64; 2],
+    size: f64,
+    colour: RGBColor,
+    across: HPos,
+    up: VPos,
+) -> Drawn {
     canvas.draw(&Text::new(text.to_string(), pixel(at), style(size, colour, across, up))).map_err(refused)
 }
 

@@ -1,7 +1,7 @@
-//! Charts that show one quantity against another: a point for each method, a panel for each scene, as SVG.
+//! Charts that show one quantity against another: a point for each method, a panel for each scene, as SVG or in pixels.
 //!
 //! `scale` turns values into positions and finds round numbers for the axes, `front` finds what nothing else beats, `labels` keeps names from
-//! covering one another, `draw` draws; `page` and `inline` make a page of charts with their figures.
+//! covering one another, `draw` draws, as SVG or by `raster` in pixels; `page` and `inline` make a page of charts with their figures.
 //!
 //! ```
 //! use bvhc::report::chart::{Axis, Chart, Marker, Panel, Point, Series};
@@ -20,6 +20,7 @@ mod front;
 mod inline;
 mod labels;
 pub mod page;
+mod raster;
 mod scale;
 
 pub use draw::ChartError;

@@ -77,13 +77,8 @@ impl Canvas {
 
     /// Write a line of text with its upper left corner at `x`, `y`, each of a letter's pixels `size` wide.
     pub fn text(&mut self, [x, y]: [usize; 2], size: usize, text: &str, colour: Rgb) {
-        for (i, letter) in text.chars().enumerate() {
-            for (row, bits) in font::rows(letter).enumerate() {
-                for (column, _) in bits.bytes().enumerate().filter(|(_, bit)| *bit == b'#') {
-                    let at = [x + (i * font::ADVANCE + column) * size, y + row * size];
-                    self.fill(at, [size, size], colour);
-                }
-            }
+        for [column, row] in letters(text) {
+            self.fill([x + column * size, y + row * size], [size, size], colour);
         }
     }
 
@@ -119,13 +114,23 @@ impl Canvas {
     }
 }
 
+/// The pixels of a line of text, column and row from its upper left corner.
+pub(in crate::report) fn letters(text: &str) -> impl Iterator<Item = [usize; 2]> {
+    text.chars().enumerate().flat_map(|(i, letter)| {
+        font::rows(letter).enumerate().flat_map(move |(row, bits)| {
+            let inked = bits.bytes().enumerate().filter(|(_, bit)| *bit == b'#');
+            inked.map(move |(column, _)| [i * font::ADVANCE + column, row])
+        })
+    })
+}
+
 /// How wide a line of text is, in pixels.
-pub(super) fn text_width(text: &str, size: usize) -> usize {
+pub(in crate::report) fn text_width(text: &str, size: usize) -> usize {
     text.chars().count() * font::ADVANCE * size
 }
 
 /// How high a line of text is, in pixels.
-pub(super) fn text_height(size: usize) -> usize {
+pub(in crate::report) fn text_height(size: usize) -> usize {
     font::HEIGHT * size
 }
 

@@ -19,6 +19,7 @@ mod shot;
 mod subtree;
 
 pub use canvas::{Canvas, Rgb};
+pub(in crate::report) use canvas::{letters, text_height, text_width};
 pub use difference::{Difference, DifferenceFigures};
 pub use figures::{Figures, Spread};
 pub use lens::Lens;

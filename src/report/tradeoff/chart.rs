@@ -42,6 +42,7 @@ fn marker(origin: Origin) -> Marker {
         Origin::Method => Marker::Disc,
         Origin::Given => Marker::Triangle,
         Origin::Choice => Marker::Cross,
+        Origin::Peer => Marker::Disc,
     }
 }
 
@@ -51,5 +52,6 @@ fn words(origin: Origin) -> &'static str {
         Origin::Method => "methods alone",
         Origin::Given => "recipes that were given",
         Origin::Choice => "what a search chose, without the search",
+        Origin::Peer => "builders of others",
     }
 }

@@ -1,16 +1,19 @@
 //! Trees built in rounds, and rays traced in them.
 
 use super::chart::mark_front;
+use super::peer::{Pipe, Worker};
 use super::times::{Times, indistinct};
 use super::{LeftOut, Origin, Reason, Recipe, Row, TradeOff};
-use crate::build::{BuildError, BuildOptions, Levels, Progress};
-use crate::cache::{CacheError, Image};
+use crate::build::{BuildError, BuildOptions, Levels, Preset, Progress};
+use crate::cache::{CacheError, Image, View};
 use crate::compile::{LaidOut, compile_laid_out, lay_out};
 use crate::exec::Executor;
 use crate::report::file::FileReport;
+use crate::report::overlap::{EpoMode, EpoReport};
 use crate::report::rays::RayReport;
 use crate::scene::Scene;
 use crate::search::NAMED_RECIPE;
+use crate::trace::probe::{Camera, ProbeRays, SETS};
 use crate::tree::Accel;
 use std::time::Instant;
 
@@ -50,10 +53,14 @@ pub struct Contest<'a> {
     kept: Option<(String, Image)>,
     /// What searches ended with, by their names.
     choices: Vec<(String, BuildOptions)>,
+    /// Builders of others, at work on the scene as one mesh.
+    peers: Vec<Pipe>,
 }
 
 struct Measured {
     recipe: Recipe,
+    /// The peer that builds it, and the number of its setting.
+    peer: Option<(usize, u8)>,
     rounds: Vec<f64>,
     row: Row,
 }
@@ -70,7 +77,8 @@ impl<'a> Contest<'a> {
         let mut recipes = recipes.to_vec();
         recipes.sort_by(|a, b| a.weight().total_cmp(&b.weight()));
         let (laid, measured, left_out, kept, choices) = (Vec::new(), Vec::new(), Vec::new(), None, Vec::new());
-        Contest { scene, effort, exec, watch, recipes, laid, measured, left_out, kept, choices }
+        let peers = Vec::new();
+        Contest { scene, effort, exec, watch, recipes, laid, measured, left_out, kept, choices, peers }
     }
 
     /// Build each recipe once and trace rays in its trees, the quickest first, for as long as there is time. A recipe that a search ends with joins
@@ -99,6 +107,50 @@ impl<'a> Contest<'a> {
         Ok(())
     }
 
+    /// Let other builders build the scene once, baked into one mesh, as points beside the recipes. One that fails is left out with the reason.
+    pub fn peers(&mut self, workers: &[Worker]) {
+        let options = BuildOptions { levels: Levels::One, ..BuildOptions::preset(Preset::Draft) };
+        let baked = |_: &Worker| lay_out(self.scene.clone(), &options, self.exec).ok()?.meshes.into_iter().next();
+        let Some(mesh) = workers.first().and_then(baked) else { return };
+        for worker in workers {
+            let recipe = |setting: &str| Recipe {
+                name: format!("{} {setting}", worker.name),
+                origin: Origin::Peer,
+                flags: String::new(),
+                options: options.clone(),
+            };
+            let pipe = Pipe::open(worker, self.exec.threads(), &mesh);
+            let mut pipe = match pipe {
+                Ok(pipe) => pipe,
+                Err(error) => {
+                    self.fail(recipe("worker"), error.to_string());
+                    continue;
+                }
+            };
+            for (number, setting) in worker.settings.iter().enumerate() {
+                let (recipe, number) = (recipe(setting), number as u8);
+                let has_time = Instant::now() < self.effort.until;
+                if self.watch.is_cancelled() || !has_time {
+                    self.leave_out(recipe, &BuildError::Cancelled);
+                    continue;
+                }
+                self.watch.step(&recipe.name, 1, self.measured.len() as u64, self.recipes.len() as u64);
+                let built = pipe.build(number).map_err(|e| e.to_string()).and_then(|(milliseconds, tree)| {
+                    let image = Image::of_tree(&mesh, &tree, self.exec).map_err(|e| e.to_string())?;
+                    Ok((milliseconds, image))
+                });
+                match built {
+                    Ok((milliseconds, image)) => {
+                        self.judge_image(recipe, 1e-3 * milliseconds, Vec::new(), &image);
+                        self.measured.last_mut().expect("it was judged").peer = Some((self.peers.len(), number));
+                    }
+                    Err(why) => self.fail(recipe, why),
+                }
+            }
+            self.peers.push(pipe);
+        }
+    }
+
     /// The trees of the default recipe, or else those of the quickest, with the recipe's name; nothing before the first round.
     pub fn kept(&self) -> Option<(&str, &Image)> {
         self.kept.as_ref().map(|(name, image)| (name.as_str(), image))
@@ -119,7 +171,8 @@ impl<'a> Contest<'a> {
             let before = done;
             for turn in 0..count {
                 let which = (round as usize + turn) % count;
-                let Measured { recipe, rounds, .. } = &self.measured[which];
+                let Measured { recipe, rounds, peer, .. } = &self.measured[which];
+                let peer = *peer;
                 let (name, options) = (recipe.name.clone(), recipe.options.clone());
                 let expected = rounds.iter().copied().fold(f64::INFINITY, f64::min);
                 let left = self.effort.until.saturating_duration_since(Instant::now()).as_secs_f64();
@@ -127,7 +180,11 @@ impl<'a> Contest<'a> {
                     continue;
                 }
                 self.watch.step(&name, round + 1, done, of);
-                if let Ok((seconds, _)) = self.build(&options, Some(self.effort.until)) {
+                let seconds = match peer {
+                    Some((peer, setting)) => self.peers[peer].build(setting).ok().map(|(ms, _)| 1e-3 * ms),
+                    None => self.build(&options, Some(self.effort.until)).ok().map(|(seconds, _)| seconds),
+                };
+                if let Some(seconds) = seconds {
                     self.measured[which].rounds.push(seconds);
                     done += 1;
                 }
@@ -143,7 +200,7 @@ impl<'a> Contest<'a> {
         let chosen_by = |recipe: &Recipe| {
             self.choices
                 .iter()
-                .filter(|(_, options)| recipe.builds_as(options))
+                .filter(|(_, options)| recipe.origin != Origin::Peer && recipe.builds_as(options))
                 .map(|(search, _)| search.clone())
                 .collect()
         };
@@ -178,6 +235,14 @@ impl<'a> Contest<'a> {
     fn judge(&mut self, recipe: Recipe, seconds: f64, mut accel: Accel) -> Result<(), CacheError> {
         let notes = std::mem::take(&mut accel.notes);
         let image = Image::of_compiled(accel, self.exec)?;
+        self.judge_image(recipe.clone(), seconds, notes, &image);
+        if self.kept.is_none() || recipe.builds_as(&BuildOptions::default()) {
+            self.kept = Some((recipe.name, image));
+        }
+        Ok(())
+    }
+
+    fn judge_image(&mut self, recipe: Recipe, seconds: f64, notes: Vec<String>, image: &Image) {
         let view = image.view();
         let file = FileReport::of_view(String::new(), 0, &view);
         let row = Row {
@@ -192,13 +257,15 @@ impl<'a> Contest<'a> {
             references: file.blas.references,
             depth: file.blas.max_depth,
             sah: file.blas.sah,
+            epo: EpoReport::of_view(&view, EpoMode::Points(EPO_POINTS), self.exec).value,
+            trace_seconds: traced(&view, self.effort.rays),
             notes,
         };
-        if self.kept.is_none() || recipe.builds_as(&BuildOptions::default()) {
-            self.kept = Some((recipe.name.clone(), image));
-        }
-        self.measured.push(Measured { recipe, rounds: vec![seconds], row });
-        Ok(())
+        self.measured.push(Measured { recipe, peer: None, rounds: vec![seconds], row });
+    }
+
+    fn fail(&mut self, recipe: Recipe, why: String) {
+        self.left_out.push(LeftOut { name: recipe.name, flags: recipe.flags, reason: Reason::Failed(why) });
     }
 
     /// Mark what a search ended with, where it is a recipe of the list; else put it there.
@@ -232,8 +299,23 @@ impl<'a> Contest<'a> {
     }
 }
 
+/// Points at which the end-point overlap is asked, and how often rays are timed: a small part of what the quickest build takes.
+const EPO_POINTS: u32 = 4096;
+const TRACED: u32 = 3;
+
+/// The least time of a few that about so many rays in each set take on this thread.
+fn traced(view: &View<'_>, rays: usize) -> f64 {
+    let probe = ProbeRays::around(view, &Camera::around(view), rays);
+    let once = |_| {
+        let start = Instant::now();
+        (0..SETS.len()).for_each(|set| _ = std::hint::black_box(probe.trace(set, view)));
+        start.elapsed().as_secs_f64()
+    };
+    (0..TRACED).map(once).fold(f64::INFINITY, f64::min)
+}
+
 /// The recipe that a search ended with, from what it wrote down; nothing where it chose for several trees.
-fn chosen(notes: &[String]) -> Option<BuildOptions> {
+pub(super) fn chosen(notes: &[String]) -> Option<BuildOptions> {
     let mut named = notes.iter().filter_map(|note| note.split_once(NAMED_RECIPE));
     let (search, recipe) = named.next()?;
     if named.next().is_some() || search.contains(", tree ") {
@@ -254,97 +336,5 @@ struct Ear<'a> {
 impl Progress for Ear<'_> {
     fn is_cancelled(&self) -> bool {
         self.watch.is_cancelled() || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::build::Preset;
-    use crate::scene::{ReadOptions, read};
-    use std::sync::atomic::{AtomicU32, Ordering};
-    use std::time::Duration;
-
-    /// Interrupts after so many steps.
-    struct After(AtomicU32);
-
-    impl Watch for After {
-        fn is_cancelled(&self) -> bool {
-            self.0.load(Ordering::SeqCst) == 0
-        }
-
-        fn step(&self, _recipe: &str, _round: u32, _done: u64, _of: u64) {
-            let left = self.0.load(Ordering::SeqCst);
-            self.0.store(left.saturating_sub(1), Ordering::SeqCst);
-        }
-    }
-
-    fn recipes() -> Vec<Recipe> {
-        let preset = |(preset, name): (Preset, &str)| Recipe {
-            name: name.to_string(),
-            origin: Origin::Preset,
-            flags: String::new(),
-            options: BuildOptions::preset(preset),
-        };
-        [(Preset::Auto, "auto"), (Preset::Balanced, "balanced"), (Preset::Draft, "draft")].map(preset).to_vec()
-    }
-
-    fn measured(recipes: &[Recipe], budget: Duration, rounds: u32, steps: u32) -> TradeOff {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("samples/helicopter/heli.0001.obj");
-        let (scene, exec) = (read(&path, &ReadOptions::default()).unwrap(), Executor::sequential());
-        let effort = Effort { rays: 64, rounds, until: Instant::now() + budget };
-        let watch = After(AtomicU32::new(steps));
-        let mut contest = Contest::new(&scene, recipes, effort, &exec, &watch);
-        contest.first_round(&|options| format!("as {}", options.method)).unwrap();
-        assert_eq!(contest.kept().is_some(), steps > 1);
-        contest.more_rounds();
-        contest.finish()
-    }
-
-    #[test]
-    fn what_a_search_chose_costs_what_the_search_costs_and_builds_without_it() {
-        let all = measured(&recipes(), Duration::from_secs(600), 2, 1000);
-        let names: Vec<&str> = all.recipes.iter().map(|row| row.name.as_str()).collect();
-        assert_eq!(names, ["draft", "balanced", "auto", "auto's choice"]);
-        assert!(all.left_out.is_empty() && all.recipes.iter().all(|row| row.build.rounds == 2), "{all:?}");
-        let (auto, choice) = (&all.recipes[2], &all.recipes[3]);
-        assert_eq!((auto.rays.cost, auto.nodes, auto.references), (choice.rays.cost, choice.nodes, choice.references));
-        assert_eq!((choice.origin, &choice.chosen_by[..]), (Origin::Choice, &["auto".to_string()][..]));
-        assert!(choice.flags.starts_with("as ") && all.recipes.iter().any(|row| row.front));
-
-        // Where the list has it, it is marked there.
-        let listed = chosen(&auto.notes).unwrap();
-        let named = Recipe { name: "mine".into(), origin: Origin::Given, flags: String::new(), options: listed };
-        let again = measured(&[recipes(), vec![named]].concat(), Duration::from_secs(600), 1, 1000);
-        let mine = again.recipes.iter().find(|row| row.name == "mine").unwrap();
-        assert_eq!((again.recipes.len(), &mine.chosen_by[..]), (4, &["auto".to_string()][..]));
-    }
-
-    #[test]
-    fn without_time_the_quickest_is_measured_and_the_others_are_told() {
-        let all = measured(&recipes(), Duration::ZERO, 5, 1000);
-        let left: Vec<(&str, &Reason)> = all.left_out.iter().map(|l| (l.name.as_str(), &l.reason)).collect();
-        assert_eq!(all.recipes.len(), 1);
-        assert_eq!((all.recipes[0].name.as_str(), all.recipes[0].build.rounds), ("draft", 1));
-        assert_eq!(left, [("balanced", &Reason::Budget), ("auto", &Reason::Budget)]);
-    }
-
-    #[test]
-    fn what_was_measured_before_an_interruption_stays() {
-        let all = measured(&recipes(), Duration::from_secs(600), 5, 2);
-        assert_eq!((all.recipes.len(), all.left_out.len()), (1, 2), "{all:?}");
-        assert!(all.left_out.iter().all(|l| l.reason == Reason::Interrupted));
-        assert!(measured(&recipes(), Duration::from_secs(600), 5, 1).recipes.is_empty());
-    }
-
-    #[test]
-    fn a_choice_for_several_trees_is_none() {
-        let note = |text: &str| vec![text.to_string()];
-        assert_eq!(chosen(&note("auto: without the search: method=sweep max-leaf=4")).unwrap().max_leaf, 4);
-        for odd in
-            ["auto, tree 3: without the search: method=sweep", "auto: without the search: sweep", "auto: took it"]
-        {
-            assert!(chosen(&note(odd)).is_none(), "{odd}");
-        }
     }
 }

@@ -1,18 +1,25 @@
 //! What trees take to build against what rays cost in them: the recipes of one scene beside each other.
 //!
 //! `recipe` says what is tried and in which order, `measure` builds in rounds and traces, `times` sums rounds up and tells which recipes they cannot
-//! tell apart, `chart` draws.
+//! tell apart, `chart` draws. `peer` lets builders of others take part. `forms` compares the forms that the same trees can have, and `predict` asks which
+//! figure of a tree tells its time.
 //!
 //! Ray cost is a count, the same on every machine for any number of threads. Build time is what a clock says: the median of rounds that
 //! alternate over the recipes, so that whatever else the machine does meets all alike.
 
 mod chart;
+mod forms;
 mod measure;
+mod peer;
+mod predict;
 mod recipe;
 mod times;
 
 pub use chart::panel;
+pub use forms::{FormRow, forms};
 pub use measure::{Contest, Effort, Watch};
+pub use peer::{PEERS, Pipe, Worker};
+pub use predict::{PREDICTORS, Prediction, Predictor, predictions};
 pub use recipe::{Origin, Recipe};
 pub use times::{Times, indistinct};
 
@@ -55,6 +62,10 @@ pub struct Row {
     pub depth: u32,
     /// SAH, the mean over the trees weighted by the areas of their roots.
     pub sah: f64,
+    /// End-point overlap of all trees, at so many points as need a short time.
+    pub epo: f64,
+    /// What the rays of [`Row::rays`] take on one thread: the least of a few times.
+    pub trace_seconds: f64,
     /// What the builder wrote down of its choices, for people.
     pub notes: Vec<String>,
 }
@@ -82,3 +93,6 @@ pub enum Reason {
     /// Its build failed, with this message.
     Failed(String),
 }
+
+#[cfg(test)]
+mod tests;

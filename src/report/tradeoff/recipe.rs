@@ -28,11 +28,13 @@ pub enum Origin {
     Given,
     /// A search ended with it: the same trees without the search.
     Choice,
+    /// A builder of someone else's made it.
+    Peer,
 }
 
 impl Origin {
     /// In the order of legends.
-    pub const ALL: [Origin; 4] = [Origin::Preset, Origin::Method, Origin::Given, Origin::Choice];
+    pub const ALL: [Origin; 5] = [Origin::Preset, Origin::Method, Origin::Given, Origin::Choice, Origin::Peer];
 }
 
 impl Recipe {

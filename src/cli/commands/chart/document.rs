@@ -8,7 +8,7 @@ use crate::cli::drawing::FIGURES;
 use crate::cli::exit::Exit;
 use crate::cli::table::csv_line;
 use crate::report::frames::SequenceReport;
-use crate::report::tradeoff::{Row, TradeOff};
+use crate::report::tradeoff::{FormRow, Prediction, Row, TradeOff, predictions};
 use crate::verify::accuracy::Report;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -27,6 +27,8 @@ pub struct Document<'a> {
     outputs: Outputs,
     models: Vec<ModelDocument<'a>>,
     sequences: Vec<SequenceDocument<'a>>,
+    /// How well figures of trees predict the time that rays take, over all models.
+    predictions: Vec<Prediction>,
 }
 
 /// Files that were written.
@@ -34,6 +36,7 @@ pub struct Document<'a> {
 pub struct Outputs {
     pub html: Option<String>,
     pub svg: Option<String>,
+    pub png: Option<String>,
     pub csv: Option<String>,
 }
 
@@ -47,6 +50,15 @@ struct ModelDocument<'a> {
     arithmetic: Option<ArithmeticDocument<'a>>,
     /// Why there is no `arithmetic`: `not_asked`, `budget` or `interrupted`.
     arithmetic_left_out: Option<&'static str>,
+    /// The forms of one of the trees; `null` where there was no time.
+    forms: Option<FormsDocument<'a>>,
+}
+
+#[derive(Serialize)]
+struct FormsDocument<'a> {
+    /// The recipe of the trees.
+    tree: &'a str,
+    rows: &'a [FormRow],
 }
 
 #[derive(Serialize)]
@@ -62,6 +74,8 @@ struct SequenceDocument<'a> {
     command: String,
     #[serde(flatten)]
     report: &'a SequenceReport,
+    /// Of each frame.
+    open_seconds: &'a [f64],
 }
 
 impl<'a> Document<'a> {
@@ -76,7 +90,10 @@ impl<'a> Document<'a> {
         for one in charted {
             let command = command(args, one.path());
             match one {
-                Charted::Sequence(_, report) => sequences.push(SequenceDocument { command, report }),
+                Charted::Sequence(sequence) => {
+                    let (report, open_seconds) = (&sequence.report, &sequence.opened[..]);
+                    sequences.push(SequenceDocument { command, report, open_seconds });
+                }
                 Charted::Model(model) => {
                     let shown = |a: &'a Arithmetic| ArithmeticDocument { tree: &a.tree, report: &a.report };
                     models.push(ModelDocument {
@@ -86,6 +103,7 @@ impl<'a> Document<'a> {
                         recipes: &model.recipes,
                         arithmetic: model.arithmetic.as_ref().ok().map(shown),
                         arithmetic_left_out: model.arithmetic.as_ref().err().map(|missing| missing.name()),
+                        forms: model.forms.as_ref().map(|(tree, rows)| FormsDocument { tree, rows }),
                     });
                 }
             }
@@ -95,13 +113,23 @@ impl<'a> Document<'a> {
             exit_code: exit.code(),
             interrupted: exit == Exit::Interrupted,
             threads: context.exec.threads() as u64,
-            budget: args.budget.as_secs_f64(),
-            most_rounds: args.rounds,
+            budget: args.budget().as_secs_f64(),
+            most_rounds: args.rounds(),
             outputs,
             models,
             sequences,
+            predictions: predictions_of(charted),
         }
     }
+}
+
+/// Over all models together.
+pub fn predictions_of(charted: &[Charted]) -> Vec<Prediction> {
+    let models = charted.iter().filter_map(|one| match one {
+        Charted::Model(model) => Some(&model.recipes),
+        Charted::Sequence(_) => None,
+    });
+    predictions(&models.collect::<Vec<_>>())
 }
 
 impl Missing {
@@ -115,7 +143,7 @@ impl Missing {
 }
 
 /// What comes after [`FIGURES`], empty where a picture has no such figure.
-const COLUMNS: [&str; 22] = [
+const COLUMNS: [&str; 28] = [
     "chosen_by",
     "front",
     "rounds",
@@ -138,6 +166,12 @@ const COLUMNS: [&str; 22] = [
     "segment",
     "built",
     "bytes",
+    "open_seconds",
+    "epo",
+    "trace_seconds",
+    "bits",
+    "bytes_per_triangle",
+    "lost",
 ];
 
 /// All figures, a line each, with a heading.
@@ -151,13 +185,14 @@ pub fn csv(charted: &[Charted]) -> String {
             out.push_str(&csv_line([&*path, picture, name, flags].into_iter().chain(cells)));
         };
         match one {
-            Charted::Sequence(_, report) => {
-                for frame in &report.frames {
+            Charted::Sequence(sequence) => {
+                for (frame, seconds) in sequence.report.frames.iter().zip(&sequence.opened) {
                     let mut cells = BTreeMap::from([
                         ("sah", frame.sah.to_string()),
                         ("segment", frame.segment.to_string()),
                         ("built", frame.built.to_string()),
                         ("bytes", frame.bytes.to_string()),
+                        ("open_seconds", seconds.to_string()),
                     ]);
                     cells.extend(frame.ray_cost.map(|cost| ("ray_cost", cost.to_string())));
                     put("frames", &frame.number.to_string(), "", &cells);
@@ -166,6 +201,15 @@ pub fn csv(charted: &[Charted]) -> String {
             Charted::Model(model) => {
                 for row in &model.recipes.recipes {
                     put("recipes", &row.name, &row.flags, &recipe_cells(row));
+                }
+                for row in model.forms.iter().flat_map(|(_, rows)| rows) {
+                    let cells = BTreeMap::from([
+                        ("mrays_per_second", row.mrays_per_second.to_string()),
+                        ("bits", row.bits.to_string()),
+                        ("bytes_per_triangle", row.bytes_per_triangle.to_string()),
+                        ("lost", row.lost.to_string()),
+                    ]);
+                    put("forms", row.name, "", &cells);
                 }
                 let rows = model.arithmetic.iter().flat_map(|measured| &measured.report.rows);
                 for row in rows {
@@ -203,5 +247,7 @@ fn recipe_cells(row: &Row) -> BTreeMap<&'static str, String> {
         ("references", row.references.to_string()),
         ("depth", row.depth.to_string()),
         ("sah", row.sah.to_string()),
+        ("epo", row.epo.to_string()),
+        ("trace_seconds", row.trace_seconds.to_string()),
     ])
 }

@@ -1,7 +1,7 @@
 //! One model, or the frames of one sequence, measured.
 
 use super::ChartArgs;
-use crate::cache;
+use crate::cache::{self, CacheError};
 use crate::cli::Context;
 use crate::cli::advice;
 use crate::cli::caches;
@@ -11,7 +11,7 @@ use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::cli::progress::Bar;
 use crate::report::frames::{Measure as FrameMeasure, SequenceReport};
-use crate::report::tradeoff::{Contest, Effort, Reason, Recipe, TradeOff, Watch};
+use crate::report::tradeoff::{Contest, Effort, FormRow, Reason, Recipe, TradeOff, Watch, forms};
 use crate::scene::{self, ReadOptions, Scene};
 use crate::verify::accuracy::{AccuracyError, Measure, Report, measure as measure_accuracy};
 use crate::verify::{Subject, scene_of_file};
@@ -21,7 +21,15 @@ use std::time::Instant;
 /// What was measured of one input.
 pub enum Charted {
     Model(Box<Model>),
-    Sequence(PathBuf, SequenceReport),
+    Sequence(Sequence),
+}
+
+/// What was measured of the frames of one file.
+pub struct Sequence {
+    pub path: PathBuf,
+    pub report: SequenceReport,
+    /// Seconds that opening each frame takes, the least of a few times.
+    pub opened: Vec<f64>,
 }
 
 /// What was measured of one model.
@@ -31,6 +39,8 @@ pub struct Model {
     pub triangles: u64,
     pub recipes: TradeOff,
     pub arithmetic: Result<Arithmetic, Missing>,
+    /// The forms of one of the trees, and by which recipe those are; nothing where there was no time.
+    pub forms: Option<(String, Vec<FormRow>)>,
 }
 
 /// Other arithmetics on one of the trees.
@@ -52,7 +62,7 @@ impl Charted {
     pub fn path(&self) -> &Path {
         match self {
             Charted::Model(model) => &model.path,
-            Charted::Sequence(path, _) => path,
+            Charted::Sequence(sequence) => &sequence.path,
         }
     }
 }
@@ -79,6 +89,9 @@ pub fn measure(
     model(path, recipes, until, args, &bar, context)
 }
 
+/// How often a frame is opened for its time.
+const OPENED: u32 = 3;
+
 fn sequence(path: &Path, args: &ChartArgs, bar: &Bar, context: &Context) -> Result<Charted, Failure> {
     cache::sound_sequence(path, &caches::options(context), &context.exec).map_err(|e| caches::failure(&e))?;
     let sequence = caches::open_sequence(path, context)?;
@@ -88,7 +101,16 @@ fn sequence(path: &Path, args: &ChartArgs, bar: &Bar, context: &Context) -> Resu
     let name = path.to_string_lossy().into_owned();
     let done = |done| bar.set(done, frames);
     let report = SequenceReport::of(name, &sequence, &measure, &context.exec, &Ear(bar), done);
-    report.map(|report| Charted::Sequence(path.to_owned(), report)).map_err(|error| frames::failure(&error, path))
+    let report = report.map_err(|error| frames::failure(&error, path))?;
+    let opened = (0..sequence.frame_count()).map(|index| {
+        let once = |_| {
+            let start = Instant::now();
+            std::hint::black_box(sequence.frame(index)).map(|_| start.elapsed().as_secs_f64())
+        };
+        (0..OPENED).map(once).try_fold(f64::INFINITY, |least, seconds| Ok(seconds?.min(least)))
+    });
+    let opened = opened.collect::<Result<_, _>>().map_err(|e: CacheError| caches::failure(&e))?;
+    Ok(Charted::Sequence(Sequence { path: path.to_owned(), report, opened }))
 }
 
 fn model(
@@ -111,10 +133,12 @@ fn model(
     for recipe in recipes {
         caches::fits(path, &scene, &recipe.options, context)?;
     }
-    let effort = Effort { rays: args.rays as usize, rounds: args.rounds, until };
+    let effort = Effort { rays: args.rays as usize, rounds: args.rounds(), until };
     let mut contest = Contest::new(&scene, recipes, effort, &context.exec, bar);
     contest.first_round(&advice::flags).map_err(|e| caches::failure(&e))?;
+    contest.peers(&args.peers);
     let arithmetic = accuracy(&contest, &scene, until, args, bar, context)?;
+    let forms = shapes(&contest, until, args, bar)?;
     contest.release();
     contest.more_rounds();
     let measured = contest.finish();
@@ -128,7 +152,22 @@ fn model(
         return Err(failed.unwrap_or_else(Failure::interrupted));
     }
     let (path, triangles) = (path.to_owned(), scene.instanced_triangles());
-    Ok(Charted::Model(Box::new(Model { path, triangles, recipes: measured, arithmetic })))
+    Ok(Charted::Model(Box::new(Model { path, triangles, recipes: measured, arithmetic, forms })))
+}
+
+/// The forms of the trees that were kept.
+fn shapes(
+    contest: &Contest<'_>,
+    until: Instant,
+    args: &ChartArgs,
+    bar: &Bar,
+) -> Result<Option<(String, Vec<FormRow>)>, Failure> {
+    let goes_on = || !Watch::is_cancelled(bar) && Instant::now() < until;
+    let Some((tree, image)) = contest.kept().filter(|_| goes_on()) else { return Ok(None) };
+    bar.phase("tracing forms of trees of", 1);
+    let rows = forms(image, args.rays as usize, TIMED_ROUNDS.min(args.rounds()), goes_on);
+    let failed = |e: crate::trace::Malformed| Failure::new(Exit::Internal, "cannot trace a tree").fact(e.to_string());
+    Ok(Some((tree.to_string(), rows.map_err(failed)?)))
 }
 
 impl Watch for Bar {
@@ -167,7 +206,7 @@ fn accuracy(
     let how = Measure {
         rays,
         timed: TIMED.min(rays),
-        rounds: TIMED_ROUNDS.min(args.rounds),
+        rounds: TIMED_ROUNDS.min(args.rounds()),
         oracle_work: ORACLE_WORK,
         ..Measure::default()
     };

@@ -1,29 +1,32 @@
 //! `bvhc chart`: what each recipe takes to build against what rays cost then, and other pictures of speed against accuracy, on one page.
 //!
 //! `recipes` lists what is tried, `measure` measures a model or the frames of a sequence, `sections` makes pictures and tables of that, `document` says it
-//! as JSON and as comma-separated values.
+//! as JSON and as comma-separated values. `forms` and `prediction` are pictures of their own. `stability` judges scenes that builders fail on instead.
+//! `output` writes what either made.
 
 mod document;
+mod forms;
 mod measure;
+mod output;
+mod prediction;
 mod recipes;
 mod sections;
+mod stability;
 
 use crate::cli::Context;
-use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::interrupt;
 use crate::cli::names;
-use crate::cli::outputs;
 use crate::cli::patterns;
 use crate::cli::reading::ModelReading;
-use crate::report::chart::Chart;
-use crate::report::chart::page::{Page, Section};
-use crate::size::bytes;
+use crate::report::chart::page::Section;
+use crate::report::tradeoff::Worker;
 use clap::Args;
-use document::{Document, Outputs};
+use document::Document;
 use measure::Charted;
+use output::Made;
 use recipes::Given;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -39,14 +42,23 @@ use std::time::{Duration, Instant};
 #[command(after_help = EXAMPLES)]
 pub struct ChartArgs {
     /// Models, or sequences that `bvhc build` made
-    #[arg(required = true, value_name = "MODEL")]
+    #[arg(required_unless_present = "stability", value_name = "MODEL")]
     models: Vec<PathBuf>,
+    /// Judge every preset, method and pass on scenes that builders are known to fail on, and print what each comes to: all, or those of these numbers or names
+    #[arg(long, value_name = "SCENES", num_args = 0..=1, require_equals = true, default_missing_value = "", value_delimiter = ',', conflicts_with_all = ["models", "recipes"])]
+    stability: Option<Vec<String>>,
+    /// Triangles of each scene of --stability, about, in a small and in a large form
+    #[arg(long, value_name = "SMALL,LARGE", value_parser = parse_sizes, default_value = "700,2100", requires = "stability")]
+    sizes: Sizes,
     /// Page to write; it holds all that it shows, and asks no network
     #[arg(short, long, value_name = "PAGE.html")]
     output: Option<PathBuf>,
     /// Draw all pictures into one SVG file
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
+    /// Draw all pictures into one PNG file
+    #[arg(long, value_name = "FILE")]
+    png: Option<PathBuf>,
     /// Write all figures as comma-separated values, with a heading
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -56,12 +68,15 @@ pub struct ChartArgs {
     /// Another recipe, by the flags of `bvhc build`, with or without a name before it; may be given again
     #[arg(long = "recipe", value_name = "[NAME=]FLAGS", value_parser = recipes::parse, allow_hyphen_values = true)]
     recipes: Vec<Given>,
-    /// When to stop, all models together; the quickest recipe of each is built in any case
-    #[arg(long, value_name = "TIME", value_parser = figures::parse_seconds, default_value = "60s")]
-    budget: Duration,
-    /// How often each recipe is built at most
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 9)]
-    rounds: u32,
+    /// A builder of someone else's beside ours, embree, obvhs or bvh, by the program that benches/ has for it and what that is started with; may be given again
+    #[arg(long = "peer", value_name = "NAME=PROGRAM", value_parser = recipes::peer, conflicts_with = "stability")]
+    peers: Vec<Worker>,
+    /// When to stop, all models together; the quickest recipe of each is built in any case [default: 60s, with --stability 15m]
+    #[arg(long, value_name = "TIME", value_parser = figures::parse_seconds)]
+    budget: Option<Duration>,
+    /// How often each recipe is built at most [default: 9, with --stability 3]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    rounds: Option<u32>,
     /// Rays in each of three sets by which the cost of a ray is counted, from four cameras around the scene or each frame
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000), default_value_t = 4096)]
     rays: u32,
@@ -77,28 +92,50 @@ const EXAMPLES: &str = "Examples:
   bvhc chart rock.glb -o rock.html
   bvhc chart hall.obj rock.glb -o both.html --budget 5m --svg both.svg --csv both.csv
   bvhc chart rock.glb --recipe 'moved=--method sweep --reinsert 8' --recipe '--preset draft --adapt 1024'
-  bvhc chart heli.bvhc -o frames.html";
+  bvhc chart heli.bvhc -o frames.html
+  bvhc chart rock.glb --peer obvhs=target/obvhs-parallel/release/obvhs_worker -o rock.html
+  bvhc chart --stability -o stability.html
+  bvhc chart --stability=hall,needles --sizes 1000,8000";
+
+/// Triangles of a scene in its two forms.
+#[derive(Clone, Copy, Debug)]
+struct Sizes([usize; 2]);
+
+fn parse_sizes(text: &str) -> Result<Sizes, String> {
+    let sizes: Option<Vec<usize>> = text.split(',').map(|size| size.trim().parse().ok()).collect();
+    match sizes.as_deref() {
+        Some([small, large]) if small < large && *large <= MOST_TRIANGLES => Ok(Sizes([*small, *large])),
+        _ => Err(format!("it takes two ascending numbers up to {MOST_TRIANGLES}, such as 700,2100")),
+    }
+}
+
+/// Brute force tests every triangle with every ray.
+const MOST_TRIANGLES: usize = 1_000_000;
+const BUDGET: Duration = Duration::from_secs(60);
+const BUDGET_OF_STABILITY: Duration = Duration::from_secs(900);
+const ROUNDS: u32 = 9;
+const ROUNDS_OF_STABILITY: u32 = 3;
+
+impl ChartArgs {
+    fn budget(&self) -> Duration {
+        self.budget.unwrap_or(if self.stability.is_some() { BUDGET_OF_STABILITY } else { BUDGET })
+    }
+
+    fn rounds(&self) -> u32 {
+        self.rounds.unwrap_or(if self.stability.is_some() { ROUNDS_OF_STABILITY } else { ROUNDS })
+    }
+}
 
 pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
+    if let Some(asked) = &args.stability {
+        return stability::run(asked, args, context);
+    }
     let recipes = recipes::all(&args.recipes)?;
     let args = &ChartArgs { models: patterns::expand(&args.models, patterns::MODELS, "chart")?, ..args.clone() };
-    let outputs = [&args.output, &args.svg, &args.csv];
-    for output in outputs.iter().copied().flatten() {
-        outputs::writable(output)?;
-        drawing::may_replace(output)?;
-    }
-    let kinds: [(&[&str], &str); 3] = [
-        (&["html", "htm"], "name it *.html; one picture is drawn by --svg FILE.svg"),
-        (&["svg"], "name it *.svg; a page is made by -o PAGE.html"),
-        (&["csv", "txt"], "name it *.csv"),
-    ];
-    for (output, (kinds, help)) in outputs.into_iter().zip(kinds) {
-        output.as_deref().map_or(Ok(()), |output| drawing::suits(output, kinds, help))?;
-    }
-    apart(&outputs)?;
+    output::may_write(args)?;
 
     // From here on a signal waits until what is measured is written. The mutex is held to the end, also while the document is printed.
-    let deadline = Instant::now() + args.budget;
+    let deadline = Instant::now() + args.budget();
     let publishing = interrupt::publish()?;
     let (mut charted, mut exits) = (Vec::new(), Vec::new());
     for (number, path) in args.models.iter().enumerate() {
@@ -129,69 +166,39 @@ pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
         context.terminal.warn(&missing);
     }
     let exit = if interrupted { Exit::Interrupted } else { Exit::combine(exits) };
-    write(args, &charted, exit, context)?;
+    let sections = pictures(&charted, args, context);
+    let (lead, warnings) = told(args, &charted, exit, context);
+    let made = Made {
+        title: sections::title(args),
+        lead,
+        warnings,
+        printed: sections.clone(),
+        sections,
+        csv: document::csv(&charted),
+    };
+    output::write(args, &made, context, |outputs| Document::new(args, &charted, outputs, exit, context))?;
     drop(publishing);
     Ok(exit)
+}
+
+fn pictures(charted: &[Charted], args: &ChartArgs, context: &Context) -> Vec<Section> {
+    let mut all = Vec::new();
+    for one in charted {
+        all.extend(sections::of(one, args, context));
+        if let Charted::Model(model) = one {
+            all.extend(model.forms.iter().map(|(tree, rows)| forms::section(&model.path, tree, rows, args)));
+        }
+    }
+    all.extend(prediction::section(charted, args));
+    all
 }
 
 fn is_interrupted() -> bool {
     interrupt::flag().load(Ordering::SeqCst)
 }
 
-/// Refuse to write two things into one file.
-fn apart(outputs: &[&Option<PathBuf>]) -> Result<(), Failure> {
-    let given: Vec<&PathBuf> = outputs.iter().copied().flatten().collect();
-    let twice = given.iter().enumerate().find(|(i, path)| given[..*i].contains(path));
-    twice.map_or(Ok(()), |(_, path)| {
-        Err(Failure::new(Exit::Usage, format!("cannot write {}", names::path(path)))
-            .fact("it is named for two outputs, and the second would replace the first")
-            .help("name a file for each"))
-    })
-}
-
-fn write(args: &ChartArgs, charted: &[Charted], exit: Exit, context: &Context) -> Result<(), Failure> {
-    let sections: Vec<Section> = charted.iter().flat_map(|one| sections::of(one, args, context)).collect();
-    let mut written = Vec::new();
-    if let Some(path) = &args.output {
-        let html = page(args, charted, &sections, exit, context).html();
-        drawing::text(path, "the page", &html)?;
-        written.push((path, html.len()));
-    }
-    if let Some(path) = &args.svg {
-        let title = sections::title(args);
-        drawing::draw(path, &together(title, &sections))?;
-        written.push((path, path.metadata().map_or(0, |m| m.len() as usize)));
-    }
-    if let Some(path) = &args.csv {
-        let csv = document::csv(charted);
-        drawing::text(path, "the figures", &csv)?;
-        written.push((path, csv.len()));
-    }
-    let terminal = &context.terminal;
-    if terminal.json {
-        let name = |path: &Option<PathBuf>| path.as_ref().map(|p| p.to_string_lossy().into_owned());
-        let outputs = Outputs { html: name(&args.output), svg: name(&args.svg), csv: name(&args.csv) };
-        return terminal.document(&Document::new(args, charted, outputs, exit, context));
-    }
-    if args.markdown {
-        for section in &sections {
-            terminal.print(&sections::markdown(section))?;
-        }
-        return Ok(());
-    }
-    if terminal.quiet {
-        return Ok(());
-    }
-    for section in &sections {
-        terminal.print(&sections::text(section))?;
-    }
-    for (path, length) in written {
-        terminal.print(&format!("{}  {}\n", names::path(path), bytes(length as u64)))?;
-    }
-    Ok(())
-}
-
-fn page(args: &ChartArgs, charted: &[Charted], sections: &[Section], exit: Exit, context: &Context) -> Page {
+/// What stands above the pictures: how it was measured, and what must be known before it is believed.
+fn told(args: &ChartArgs, charted: &[Charted], exit: Exit, context: &Context) -> (Vec<String>, Vec<String>) {
     let threads = figures::counted(context.exec.threads() as u64, "thread", "threads");
     let lead = vec![
         format!(
@@ -199,8 +206,8 @@ fn page(args: &ChartArgs, charted: &[Charted], sections: &[Section], exit: Exit,
             env!("CARGO_PKG_VERSION"),
             std::env::consts::OS,
             std::env::consts::ARCH,
-            figures::counted(args.rounds.into(), "build", "builds"),
-            figures::seconds(args.budget),
+            figures::counted(args.rounds().into(), "build", "builds"),
+            figures::seconds(args.budget()),
         ),
         "Ray cost is a count, the same on every machine. Times and speeds are this machine's. Select a point for its figures and the flags to type.".into(),
     ];
@@ -214,38 +221,54 @@ fn page(args: &ChartArgs, charted: &[Charted], sections: &[Section], exit: Exit,
         warnings.push(format!("Not measured: {}.", missing.join(", ")));
     }
     warnings.extend(charted.iter().filter_map(sections::left_out));
-    Page { title: sections::title(args), lead, warnings, sections: sections.to_vec() }
-}
-
-/// All pictures as one.
-fn together(title: String, sections: &[Section]) -> Chart {
-    let panels: Vec<_> = sections.iter().flat_map(|section| section.chart.panels.clone()).collect();
-    let mut markers = Vec::new();
-    let mut notes = Vec::new();
-    for section in sections {
-        let new = section.chart.markers.iter().filter(|marker| !markers.contains(*marker)).cloned().collect::<Vec<_>>();
-        markers.extend(new);
-        let new = section.chart.notes.iter().filter(|note| !notes.contains(*note)).cloned().collect::<Vec<_>>();
-        notes.extend(new);
-    }
-    let columns = panels.len().clamp(1, 2);
-    Chart { title, notes, panels, columns, markers }
+    (lead, warnings)
 }
 
 /// What to type to make the pictures of one model again, apart from its outputs.
 fn command(args: &ChartArgs, path: &Path) -> String {
-    let mut words = vec!["bvhc".to_string(), "chart".into(), quoted(&path.to_string_lossy())];
-    let output = args.output.as_ref().filter(|_| args.models.len() == 1);
+    typed(args, &[path])
+}
+
+/// What to type for the pictures of all models together.
+fn commands(args: &ChartArgs) -> String {
+    typed(args, &args.models.iter().map(PathBuf::as_path).collect::<Vec<_>>())
+}
+
+fn typed(args: &ChartArgs, paths: &[&Path]) -> String {
+    let mut words = vec!["bvhc".to_string(), "chart".into()];
+    words.extend(paths.iter().map(|path| quoted(&path.to_string_lossy())));
+    let output = args.output.as_ref().filter(|_| args.models.len() == paths.len());
     words.extend(["-o".to_string(), output.map_or("chart.html".into(), |output| quoted(&output.to_string_lossy()))]);
     for given in &args.recipes {
         words.extend(["--recipe".to_string(), quoted(&given.typed)]);
     }
-    words.extend(["--budget".to_string(), format!("{}s", args.budget.as_secs_f64())]);
-    words.extend(["--rounds".to_string(), args.rounds.to_string()]);
+    for peer in &args.peers {
+        let program =
+            std::iter::once(peer.program.to_string_lossy().into_owned()).chain(peer.arguments.iter().cloned());
+        words.extend([
+            "--peer".to_string(),
+            quoted(&format!("{}={}", peer.name, program.collect::<Vec<_>>().join(" "))),
+        ]);
+    }
+    words.extend(["--budget".to_string(), format!("{}s", args.budget().as_secs_f64())]);
+    words.extend(["--rounds".to_string(), args.rounds().to_string()]);
     words.extend(["--rays".to_string(), args.rays.to_string()]);
     words.extend(["--accuracy-rays".to_string(), args.accuracy_rays.to_string()]);
     words.extend(args.reading.typed().iter().map(|word| quoted(word)));
     words.join(" ")
+}
+
+/// What to type for the stability table, apart from its outputs.
+fn stability_command(args: &ChartArgs) -> String {
+    let asked = args.stability.iter().flatten().filter(|name| !name.is_empty()).cloned().collect::<Vec<_>>().join(",");
+    let [small, large] = args.sizes.0;
+    let which = if asked.is_empty() { String::new() } else { format!("={}", quoted(&asked)) };
+    let output = args.output.as_ref().map_or("stability.html".into(), |output| quoted(&output.to_string_lossy()));
+    format!(
+        "bvhc chart --stability{which} --sizes {small},{large} --rays {} --rounds {} -o {output}",
+        args.rays,
+        args.rounds()
+    )
 }
 
 /// A word as a shell takes it.

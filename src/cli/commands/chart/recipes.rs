@@ -5,8 +5,9 @@ use crate::cli::commands::build::options::TreeArgs;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
-use crate::report::tradeoff::{Origin, Recipe};
+use crate::report::tradeoff::{Origin, PEERS, Recipe, Worker};
 use clap::Parser;
+use std::path::Path;
 
 /// A recipe of `--recipe`.
 #[derive(Clone, Debug)]
@@ -39,6 +40,16 @@ pub fn parse(text: &str) -> Result<Given, String> {
     let options = options(flags)?;
     let name = name.map_or_else(|| flags.replace("--method ", "").replace("--preset ", ""), str::to_string);
     Ok(Given { typed: text.to_string(), name, flags: flags.to_string(), options })
+}
+
+/// The reading of `obvhs=target/obvhs-parallel/release/obvhs_worker`.
+pub fn peer(text: &str) -> Result<Worker, String> {
+    let names = || PEERS.map(|(name, _)| name).join(", ");
+    let (name, command) = text.split_once('=').ok_or("it takes NAME=PROGRAM")?;
+    let mut words = command.split_whitespace();
+    let program = words.next().ok_or("it takes NAME=PROGRAM, and there is no program")?;
+    let worker = Worker::of(name.trim(), Path::new(program), &words.collect::<Vec<_>>());
+    worker.ok_or_else(|| format!("no peer is called {}; there are {}", names::escape(name), names()))
 }
 
 fn options(flags: &str) -> Result<BuildOptions, String> {
@@ -120,6 +131,18 @@ mod tests {
         for recipe in all(&[]).unwrap().iter().filter(|recipe| !recipe.options.method.is_search()) {
             let again = options(&advice::flags(&recipe.options)).unwrap();
             assert!(recipe.builds_as(&again), "{}", advice::flags(&recipe.options));
+        }
+    }
+
+    #[test]
+    fn peers_are_read_with_what_their_programs_are_started_with() {
+        let embree = peer("embree=worker libembree4.so 2").unwrap();
+        assert_eq!(
+            (embree.name, embree.settings.len(), &embree.arguments[..]),
+            ("embree", 3, &["libembree4.so".to_string(), "2".into()][..])
+        );
+        for bad in ["embree", "embree=", "nobody=worker"] {
+            assert!(peer(bad).is_err(), "{bad}");
         }
     }
 

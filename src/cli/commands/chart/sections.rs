@@ -1,6 +1,6 @@
 //! Pictures and tables of what was measured.
 
-use super::measure::{Arithmetic, Charted, Missing, Model};
+use super::measure::{Arithmetic, Charted, Missing, Model, Sequence};
 use super::{ChartArgs, command};
 use crate::cli::Context;
 use crate::cli::advice;
@@ -9,9 +9,9 @@ use crate::cli::names;
 use crate::cli::table;
 use crate::report::accuracy;
 use crate::report::chart::page::{Cell, Section, Table};
-use crate::report::chart::{Chart, short};
+use crate::report::chart::{Axis, Chart, Panel, Point, Series, short};
+use crate::report::frames::FrameReport;
 use crate::report::frames::chart as frames;
-use crate::report::frames::{FrameReport, SequenceReport};
 use crate::report::tradeoff::{Origin, Reason, Row, panel};
 use crate::search::NAMED_RECIPE;
 use crate::size::bytes;
@@ -27,14 +27,14 @@ pub fn title(args: &ChartArgs) -> String {
 }
 
 /// The file's own name; the command below each picture has its folder.
-fn name(path: &Path) -> String {
+pub(super) fn name(path: &Path) -> String {
     names::path(Path::new(path.file_name().unwrap_or(path.as_os_str())))
 }
 
 /// The pictures of one input.
 pub fn of(charted: &Charted, args: &ChartArgs, context: &Context) -> Vec<Section> {
     match charted {
-        Charted::Sequence(path, report) => vec![sequence(path, report, args)],
+        Charted::Sequence(measured) => vec![sequence(measured, args)],
         Charted::Model(model) => {
             let mut sections = vec![recipes(model, args, context)];
             if let Ok(measured) = &model.arithmetic {
@@ -248,7 +248,8 @@ pub fn arithmetic_name(row: &ArithmeticRow) -> String {
     format!("{}, {} boxes", row.arithmetic.triangles.name(), row.arithmetic.boxes.name())
 }
 
-fn sequence(path: &Path, report: &SequenceReport, args: &ChartArgs) -> Section {
+fn sequence(measured: &Sequence, args: &ChartArgs) -> Section {
+    let Sequence { path, report, opened } = measured;
     let columns = [
         ("frame", Cell::Name),
         ("triangles", Cell::Number),
@@ -258,8 +259,9 @@ fn sequence(path: &Path, report: &SequenceReport, args: &ChartArgs) -> Section {
         ("SAH", Cell::Number),
         ("ray cost", Cell::Number),
         ("bytes added", Cell::Number),
+        ("opens in, µs", Cell::Number),
     ];
-    let cells = |frame: &FrameReport| {
+    let cells = |(frame, seconds): (&FrameReport, &f64)| {
         vec![
             frame.number.to_string(),
             figures::count(frame.triangles),
@@ -269,23 +271,32 @@ fn sequence(path: &Path, report: &SequenceReport, args: &ChartArgs) -> Section {
             format!("{:.2}", frame.sah),
             frame.ray_cost.map_or_else(|| "-".into(), |cost| format!("{cost:.2}")),
             figures::count(frame.bytes),
+            format!("{:.1}", 1e6 * seconds),
         ]
     };
-    let table = table_of(&columns, report.frames.iter().map(cells).collect());
+    let table = table_of(&columns, report.frames.iter().zip(opened).map(cells).collect());
     let name = name(path);
     let title = format!("Frames: {name}, {}", bytes(report.file_len));
     let mut chart = frames::chart(std::slice::from_ref(report));
     let heads = ["Ray cost", "Bytes added by each frame"];
     chart.panels.iter_mut().zip(heads).for_each(|(panel, head)| panel.title = format!("{head}: {name}"));
+    let point = |(row, (frame, seconds)): (usize, (&FrameReport, &f64))| {
+        Point::new(frame.bytes as f64, 1e6 * seconds).of_row(row)
+    };
+    let points = report.frames.iter().zip(opened).enumerate().map(point).collect();
+    let added = Axis::logarithmic_or_zero("bytes added by the frame").lower_is_better();
+    let opening = Axis::linear("time to open it, µs").lower_is_better();
+    let panel = Panel::new(format!("Bytes against time to open: {name}"), added, opening);
+    chart.panels.push(panel.with(Series::new("frames", 2, points)));
     let notes = vec!["A segment ends where a frame shows other trees than the one before it. Built: trees that were built for the frame, all others were refitted.".into()];
     Section { title, chart, table, notes, command: command(args, path), ..Section::default() }
 }
 
-fn table_of(columns: &[(&str, Cell)], rows: Vec<Vec<String>>) -> Table {
+pub(super) fn table_of(columns: &[(&str, Cell)], rows: Vec<Vec<String>>) -> Table {
     Table { columns: columns.iter().map(|(head, cell)| ((*head).to_string(), *cell)).collect(), rows }
 }
 
-fn milliseconds(seconds: f64) -> String {
+pub(super) fn milliseconds(seconds: f64) -> String {
     let ms = 1e3 * seconds;
     match ms {
         _ if ms >= 100.0 => format!("{ms:.0}"),

@@ -1,7 +1,7 @@
 //! What people build: halls, stands, roofs, cloth, cities. Long pieces among fine ones, and nothing along the axes.
 
 use super::shapes::{Point, Soup, add, bar, cuboid, direction, mapped, quad, scale, sheet, turned, within};
-use bvhc::random::Random;
+use crate::random::Random;
 
 /// Columns in bays, and trim that runs the whole length in single pieces, between walls.
 pub fn hall(count: usize) -> Soup {
@@ -27,6 +27,23 @@ fn open_hall(count: usize) -> Soup {
         let z = -8.0 + 16.0 * strip as f64 / (count / 18) as f64;
         let y = [0.0, 7.4, 10.0][strip % 3];
         quad(&mut soup, [[0.0, y, z], [length, y, z], [length, y + 0.1, z + 0.2], [0.0, y + 0.1, z + 0.2]]);
+    }
+    soup
+}
+
+/// The open hall with curtains between the columns.
+pub fn arcade(count: usize) -> Soup {
+    let mut soup = open_hall(count / 2);
+    let bays = (count / 2 / 36).max(2);
+    let folds = (count / 2 / bays / 4).max(1);
+    for bay in 0..bays {
+        let left = 6.0 * bay as f64 + 1.0;
+        for (side, z) in [-5.0, 5.0].into_iter().enumerate() {
+            sheet(&mut soup, folds, 1, |u, v| {
+                let fold = (u * folds as f64).round() as usize + side;
+                [left + 4.0 * u, 7.0 * v, z + if fold % 2 == 0 { 0.15 } else { -0.15 }]
+            });
+        }
     }
     soup
 }

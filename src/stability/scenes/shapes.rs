@@ -1,6 +1,6 @@
 //! What failure scenes are put together from: triangles without any order or sharing.
 
-use bvhc::random::Random;
+use crate::random::Random;
 
 pub type Point = [f64; 3];
 /// Triangles by their corners.

@@ -1,7 +1,7 @@
 //! What numbers make: ties, nothing to tell triangles apart by, no size, all sizes at once.
 
 use super::shapes::{Point, Soup, add, cuboid, direction, quad, scale, sheet, within};
-use bvhc::random::Random;
+use crate::random::Random;
 
 /// Triangles at 2⁻ⁱ, each in the half of the space that those before it left.
 pub fn geometric_series(count: usize) -> Soup {
@@ -81,6 +81,31 @@ pub fn without_area(count: usize) -> Soup {
 pub fn below_every_epsilon(count: usize) -> Soup {
     let mut random = Random::new(19);
     (0..count).map(|_| speck(&mut random, 0.0, 1.0, 0.01).map(|p| scale(p, 1e-18))).collect()
+}
+
+/// Specks so small that no float of their size has all its digits, an eighth as many as asked for: rays among them are decided by exact arithmetic, which
+/// makes a search
+/// over more than its least number of triangles take seconds.
+pub fn denormal(count: usize) -> Soup {
+    let mut random = Random::new(18);
+    (0..count / 8).map(|_| speck(&mut random, 0.0, 1.0, 0.05).map(|p| scale(p, 1e-38))).collect()
+}
+
+/// Sixteen triangles in one place, again and again.
+pub fn stacks(count: usize) -> Soup {
+    let mut random = Random::new(25);
+    (0..count / 16).flat_map(|_| [speck(&mut random, -1.0, 1.0, 0.1); 16]).collect()
+}
+
+/// A floor whose tiles lean by 10⁻⁷, each to another side.
+pub fn almost_parallel(count: usize) -> Soup {
+    let mut soup = Soup::new();
+    let side = ((count / 2) as f64).sqrt().max(1.0) as usize;
+    sheet(&mut soup, side, side, |u, v| {
+        let (x, z) = ((u * side as f64).round(), (v * side as f64).round());
+        [x, 1e-7 * ((x as i64 * 7 + z as i64 * 13) % 5) as f64, z]
+    });
+    soup
 }
 
 /// Needles across the whole scene, in all directions.
