@@ -38,6 +38,7 @@ mod progress;
 mod reading;
 mod settings;
 mod source;
+mod still;
 mod table;
 mod terminal;
 mod usage;

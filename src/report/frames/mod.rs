@@ -2,6 +2,7 @@
 
 #[cfg(feature = "cli")]
 pub mod chart;
+mod metrics;
 mod rays;
 
 pub use rays::FrameRays;

@@ -1,6 +1,7 @@
 //! A sequence: many frames, one file.
 
 mod again;
+mod rehearse;
 mod told;
 
 use super::Empty;
@@ -170,38 +171,6 @@ impl Workshop<'_> {
         let times = Times::new(read_time, build_time, start.elapsed());
         let arrival = Arrival::new(report, rounding, placing, None, warnings);
         Ok(self.made(&written, SequenceBuilt::new(frames, surveyed, were_read.len() as u64), inputs, arrival, times))
-    }
-
-    /// Read all that a sequence is built from, and say what the build would say of it; nothing is built.
-    pub fn rehearse_sequence(&self, job: &Job, frames_of: &Frames) -> Result<(), Failure> {
-        let bar = Bar::new(&self.context.terminal, &names::path(&job.output));
-        let (read, exec) = (read_options(&self.read), &self.context.exec);
-        let mut progress = |_, _| ();
-        match frames_of {
-            Frames::Files(list) => {
-                bar.phase("reading frames of", list.len() as u64);
-                for (i, frame) in list.iter().filter(|frame| !frame.held).enumerate() {
-                    let scene = scene::read_with(&frame.model, &read, exec, &mut progress);
-                    caches::fits(
-                        &frame.model,
-                        &scene.map_err(|e| caches::scene_failure(&e))?,
-                        &self.build,
-                        self.context,
-                    )?;
-                    bar.set(i as u64 + 1, list.len() as u64);
-                }
-                Ok(())
-            }
-            Frames::Clip { choice, fps, range } => {
-                let model = names::path(&job.input);
-                let played = scene::play(&job.input, choice, &read, exec, &mut progress, |clip| {
-                    let times = self.times(clip.animation(), *fps, *range, &model)?;
-                    let posed = times.first().map(|time| clip.at(*time).map_err(|e| caches::scene_failure(&e)));
-                    posed.transpose().map(|_| ())
-                });
-                played.map_err(|e| caches::scene_failure(&e))?
-            }
-        }
     }
 
     fn made(
