@@ -40,8 +40,8 @@ class Bench:
         return run.stdout.decode()
 
     def build(self, *args):
-        """The results of a build."""
-        return json.loads(self.run("build", *args, "--no-check", "--quiet", "--json", *self.options))["results"]
+        """What a build says of its files."""
+        return json.loads(self.run("build", *args, "--no-check", "--quiet", "--json", *self.options))["files"]
 
     def row(self, animation):
         model, _, clip = animation.rpartition(":")
