@@ -12,6 +12,7 @@ use super::make::{Made, Workshop, changed_meanwhile, unchanged};
 use super::outcome::{Arrival, Built, SequenceBuilt, Times};
 use super::plan::Job;
 use super::remarks::{Remarks, nothing_in};
+use crate::build::motion;
 use crate::build::{BuildOptions, Levels, Named, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Meta, WriteSummary};
@@ -74,7 +75,8 @@ fn recipe_of(workshop: &Workshop, frames: &str) -> Recipe {
     options.extend(policy.keyframe_every.map(|every| ("keyframe_every".into(), every.to_string())));
     options.extend(build_options(&workshop.build, &policy).effective());
     options.extend(read_options(&workshop.read).effective());
-    Recipe { options, ..workshop.recipe.clone() }
+    let builder_revision = workshop.recipe.builder_revision + motion::REVISION;
+    Recipe { options, builder_revision, ..workshop.recipe.clone() }
 }
 
 /// A build's ear for signals without its count of triangles: the bar counts frames.
