@@ -57,8 +57,8 @@ pub struct Keyed {
 /// Trees for all frames, such that the mean over the frames of the SAH, each divided by what its [triangles alone cost](triangle_cost), is low. So no frame
 /// counts for more because its box is small. `progress` is told of phases, not of primitives. Of `options` the costs and `max_leaf` are read; the trees have no duplicates.
 ///
-/// All positions must be in memory. Where they do not fit, take [`representatives`](super::representatives) of what fits, [`optimise`] over these, ask [`cost`](super::cost) frame by
-/// frame, and [`choose`] by what it says.
+/// All positions must be in memory. Where they do not fit, take [`representatives`](super::representatives) of what fits, [`optimise`] over these, ask
+/// [`cost`](super::cost) frame by frame, and [`choose`] by what it says.
 ///
 /// # Errors
 /// Where the tree would have more references than there are numbers for, or `progress` cancels.

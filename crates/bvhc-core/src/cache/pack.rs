@@ -30,8 +30,8 @@ pub fn frames_of(raw: &[u8], level: i32, exec: &Executor) -> io::Result<Vec<u8>>
     frames_in_blocks(raw, &[], level, exec)
 }
 
-/// The same of bytes whose kind changes at these places, ascending. There a zstd block ends, and with it a table of how often each byte occurs, where that takes
-/// fewer bytes.
+/// The same of bytes whose kind changes at these places, ascending. There a zstd block ends, and with it a table of how often each byte occurs, where that
+/// takes fewer bytes.
 pub fn frames_in_blocks(raw: &[u8], ends: &[usize], level: i32, exec: &Executor) -> io::Result<Vec<u8>> {
     let blocks = raw.chunks(BLOCK_LEN).collect();
     let packed = exec.map_with(
