@@ -38,7 +38,6 @@ mod progress;
 mod reading;
 mod settings;
 mod source;
-mod still;
 mod table;
 mod terminal;
 mod usage;

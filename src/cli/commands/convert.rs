@@ -3,6 +3,7 @@
 use super::build::options::NodeForm;
 use super::build::parse_codec;
 use super::build::same_file;
+use super::still;
 use crate::cache::{self, Codec, ConvertOptions, Header, WriteOptions};
 use crate::cli::Context;
 use crate::cli::caches;
@@ -11,7 +12,6 @@ use crate::cli::failure::Failure;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::outputs;
-use crate::cli::still;
 use crate::report::info::hex;
 use crate::size::bytes;
 use clap::Args;

@@ -2,7 +2,6 @@
 
 #[cfg(feature = "cli")]
 pub mod chart;
-mod metrics;
 mod rays;
 
 pub use rays::FrameRays;

@@ -1,5 +1,7 @@
 //! The figures of a file by name, how they changed between two files, and conditions on that.
 
+mod sequences;
+
 use super::file::FileReport;
 use super::frames::SequenceReport;
 use super::rays::RayReport;
@@ -12,7 +14,7 @@ pub struct Metric<R: 'static> {
     pub name: &'static str,
     /// Its formula and unit, in words.
     pub about: &'static str,
-    pub(super) value: fn(&R) -> Option<f64>,
+    value: fn(&R) -> Option<f64>,
 }
 
 impl<R> Metric<R> {

@@ -1,7 +1,7 @@
 //! The figures of a sequence by name, so that two can be compared.
 
-use super::{FrameReport, SequenceReport};
-use crate::report::metrics::{Measured, Metric};
+use super::{Measured, Metric};
+use crate::report::frames::{FrameReport, SequenceReport};
 
 impl Measured for SequenceReport {
     fn metrics() -> &'static [Metric<SequenceReport>] {

@@ -1,7 +1,7 @@
 //! A frame of a sequence as the still file that it would be.
 
+use super::build::clip_of;
 use crate::cache::{Dependency, Frame, FrameRecord, Image, Meta, Sequence};
-use crate::cli::commands::build::clip_of;
 use crate::scene::{Moment, ReadOptions, Seconds};
 
 /// What a still file of a frame holds, and what it says of how it was made; without META of the sequence only who made it.
