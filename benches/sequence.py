@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """A long sequence: how long each phase takes, how much memory, and what a second build and one of an edited frame do.
 
-    benches/sequence.py [--bvhc target/release/bvhc] [--frames 1000] [--side 123] [--folder DIR] [--threads ROUNDS] [-- BUILD-OPTION…]
+    benches/sequence.py [--bvhc target/release/bvhc] [--frames 1000] [--side 123] [--folder DIR] [--threads ROUNDS] [--open target/release/examples/frames]
+                        [-- BUILD-OPTION…]
 
 The frame that is edited stands right behind the middle; where it is one of those that trees are made of, all are read. Writes that many frames of a cloth in waves (2 · (side - 1)² triangles; 123 makes 29,768) into a folder, needs about 3 GB there, and removes them.
 With `--threads`, builds on one thread and on two take turns instead, so many of each, and the table says how much is gained. Processor time does not grow while other programs run; neither does the
 number of threads at work, on Linux: the time that threads ran or waited for a processor, as a share of the build's. What two processors of their own would gain follows from both.
+
+With `--open`, that program (`cargo build --release --example frames`) opens every frame of the file of all frames and traces a ray in it; it prints what opening one takes, the median and the most.
 
 Only Python's own library is needed. Counts and memory are the program's own (its largest resident set, which has the pages of the file that was there, if one was); times depend on the machine and on what
 else it does.
@@ -125,6 +128,7 @@ def main():
     parser.add_argument("--side", type=int, default=123)
     parser.add_argument("--folder", help="where frames and files go; default: the system's for temporary files")
     parser.add_argument("--threads", type=int, metavar="ROUNDS", help="compare one thread with two")
+    parser.add_argument("--open", metavar="PROGRAM", help="examples/frames as it was built, to time the opening of frames")
     parser.add_argument("options", nargs="*", help="options of bvhc build, after --")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=args.folder) as folder:
@@ -141,6 +145,9 @@ def main():
         # A file that is there is mapped to be looked at, and what was looked at counts as memory.
         file.unlink()
         bench.build(f"{args.frames} frames, two threads", args.frames, "--jobs", "2")
+        opened = None
+        if args.open:
+            opened = subprocess.run([args.open, file], stdout=subprocess.PIPE, check=True).stdout.decode().splitlines()
         before = file.stat()
         bench.build("again", args.frames)
         if file.stat().st_mtime_ns != before.st_mtime_ns:
@@ -151,6 +158,8 @@ def main():
         bench.build("the same, all frames", args.frames, "--jobs", "2")
         if not filecmp.cmp(file, taken, shallow=False):
             sys.exit("a build from the file that was there made other bytes")
+        if opened:
+            print(f"\n{Path(opened[0]).name}; {opened[-1]}")
 
 
 if __name__ == "__main__":

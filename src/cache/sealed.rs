@@ -6,7 +6,7 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 
 use bytemuck::{bytes_of, cast_slice};
 
-use bvhc_core::cache::parts::{encode_triangles, frames_of, pack};
+use bvhc_core::cache::parts::{pack, pack_triangles};
 
 use super::{DELTA_MIN_MINOR, Header, MIN_MINOR, SectionEntry, SectionKind, keys, minor_of};
 use crate::exec::Executor;
@@ -121,7 +121,7 @@ pub(super) fn store<'a>(
     entry.raw_hash = exec.hash(&data);
     entry.stored_hash = entry.raw_hash;
     if let (Codec::Compact { level }, SectionKind::TRIX) = (codec, entry.kind) {
-        let packed = frames_of(&encode_triangles(&data), level, exec)?;
+        let packed = pack_triangles(&data, level, exec)?;
         if packed.len() < data.len() {
             store_delta(entry, &data, &packed, exec);
             return Ok(packed.into());

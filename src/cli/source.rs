@@ -119,8 +119,19 @@ fn recorded(meta: &Meta) -> (ReadOptions, BuildOptions) {
 
 /// Read a model to compare a file with it, and say what its grid cost.
 pub fn read(model: &Path, read: &ReadOptions, build: &BuildOptions, context: &Context) -> Result<Scene, Failure> {
-    let scene = scene::read_with(model, read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
+    let scene = read_untold(model, read, build, context)?;
     tell_grid(model, &scene, context);
+    Ok(scene)
+}
+
+/// The same of a frame behind the first one, whose grid was told.
+pub fn read_untold(
+    model: &Path,
+    read: &ReadOptions,
+    build: &BuildOptions,
+    context: &Context,
+) -> Result<Scene, Failure> {
+    let scene = scene::read_with(model, read, &context.exec, &mut |_, _| ()).map_err(|e| caches::scene_failure(&e))?;
     // Laying out makes no duplicates.
     caches::fits(model, &scene, &BuildOptions { split_budget: 1.0, ..build.clone() }, context)?;
     Ok(scene)

@@ -18,6 +18,7 @@ mod take;
 mod weld;
 
 pub use crate::build::motion::{Refit, RefitPolicy, Trees};
+pub use cuts::{Cuts, Faces};
 pub use drive::{Incoming, PreparedFrame, Preparer, TOGETHER};
 pub use prior::{FrameModel, Prior};
 
@@ -30,7 +31,6 @@ use crate::compile::{self, LaidOut, Placing};
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::{Mesh, Scene};
-use cuts::{Cuts, Faces};
 use shape::{Shape, geometry_hash, topology_hash};
 use survey::Survey;
 use take::Taking;

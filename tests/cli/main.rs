@@ -26,6 +26,7 @@ mod many;
 mod nodes;
 mod outputs;
 mod precision;
+mod sequence_checks;
 mod sequences;
 mod snapshots;
 mod source;

@@ -162,8 +162,7 @@ fn a_clip_is_played() {
     // A frame that is taken out is compared with the model at its moment.
     place.ok("check last.bvhc --source two.gltf");
     place.ok("verify last.bvhc --source two.gltf --device cpu --rays 1000");
-    let whole = place.run("check rise.bvhc --source two.gltf");
-    assert!(whole.code == 2 && whole.err.contains("bvhc convert rise.bvhc -o STILL --frame N"), "{}", whole.err);
+    place.ok("check rise.bvhc --source two.gltf");
 
     place.write("a.obj", strip(1));
     for (args, code, told) in [

@@ -3,7 +3,7 @@
 use super::frames::Motion;
 use crate::build::recipe::options::BuildOptions;
 use crate::exec::Executor;
-use crate::geom::Aabb;
+use crate::geom::{Aabb, Point};
 use crate::simd::{LaneBox, Lanes};
 use crate::tree::Tree;
 
@@ -13,7 +13,7 @@ use crate::tree::Tree;
 /// # Panics
 /// Where there is no such frame, or the tree is none over these triangles.
 pub fn cost(tree: &Tree, motion: &Motion, frame: usize, options: &BuildOptions) -> f64 {
-    cost_by(tree, &triangle_boxes(motion, frame), options)
+    cost_by(tree, &triangle_boxes(motion, frame), options, &mut Vec::new())
 }
 
 /// [`cost`] of every tree in every frame: a row a frame, a column a tree.
@@ -23,7 +23,8 @@ pub fn cost(tree: &Tree, motion: &Motion, frame: usize, options: &BuildOptions) 
 pub fn costs(trees: &[Tree], motion: &Motion, options: &BuildOptions, exec: &Executor) -> Vec<Vec<f64>> {
     exec.map_range(motion.frames(), |frame| {
         let boxes = triangle_boxes(motion, frame);
-        trees.iter().map(|tree| cost_by(tree, &boxes, options)).collect()
+        let mut nodes = Vec::new();
+        trees.iter().map(|tree| cost_by(tree, &boxes, options, &mut nodes)).collect()
     })
 }
 
@@ -52,9 +53,11 @@ fn triangle_boxes(motion: &Motion, frame: usize) -> Vec<LaneBox> {
     motion.triangles().iter().map(around).collect()
 }
 
-fn cost_by(tree: &Tree, triangles: &[LaneBox], options: &BuildOptions) -> f64 {
+/// `boxes` is room for those of the nodes, which several trees may have after one another.
+fn cost_by(tree: &Tree, triangles: &[LaneBox], options: &BuildOptions, boxes: &mut Vec<LaneBox>) -> f64 {
     let [traversal, intersection] = [options.traversal_cost, options.intersection_cost].map(f64::from);
-    let mut boxes = vec![LaneBox::EMPTY; tree.nodes.len()];
+    boxes.clear();
+    boxes.resize(tree.nodes.len(), LaneBox::EMPTY);
     let mut sum = 0.0;
     // Children stand behind their parents; record 1 is none.
     for i in (0..boxes.len()).rev().filter(|i| *i != 1) {
@@ -68,7 +71,7 @@ fn cost_by(tree: &Tree, triangles: &[LaneBox], options: &BuildOptions) -> f64 {
             boxes[i] = boxes[first].union(boxes[first + 1]);
             traversal
         };
-        sum += weight * half_area(&boxes[i].aabb());
+        sum += weight * half_area_between(boxes[i].min.point(), boxes[i].max.point());
     }
     match boxes.first().map(|root| half_area(&root.aabb())) {
         Some(root) if root > 0.0 => sum / root,
@@ -78,9 +81,11 @@ fn cost_by(tree: &Tree, triangles: &[LaneBox], options: &BuildOptions) -> f64 {
 
 /// Half of it, in `f64`, which no box overflows; 0 of an empty box.
 pub(super) fn half_area(b: &Aabb) -> f64 {
-    if b.is_empty() {
-        return 0.0;
-    }
-    let [x, y, z] = [0, 1, 2].map(|k| f64::from(b.max[k]) - f64::from(b.min[k]));
+    if b.is_empty() { 0.0 } else { half_area_between(b.min, b.max) }
+}
+
+/// The same of a box between two corners that is not empty.
+fn half_area_between(min: Point, max: Point) -> f64 {
+    let [x, y, z] = [0, 1, 2].map(|k| f64::from(max[k]) - f64::from(min[k]));
     x * y + y * z + z * x
 }

@@ -1,5 +1,6 @@
 use crate::geom::{Aabb, Point};
 use crate::scene::GeometryError;
+use crate::simd::{LaneBox, Lanes};
 use std::fmt;
 
 /// The triangles of a mesh, and where its vertices stand in several frames.
@@ -98,14 +99,16 @@ impl<'a> Motion<'a> {
     ///
     /// # Panics
     /// Where there is no such frame or triangle.
+    #[inline]
     pub fn corners(&self, frame: usize, triangle: usize) -> [Point; 3] {
         self.triangles[triangle].map(|v| self.frames[frame][v as usize])
     }
 
     /// The box around all triangles in a frame.
     pub(super) fn bounds(&self, frame: usize) -> Aabb {
-        let boxes = (0..self.triangles.len()).map(|t| Aabb::from_points(&self.corners(frame, t)));
-        boxes.fold(Aabb::EMPTY, Aabb::union)
+        let positions = self.frames[frame];
+        let corners = self.triangles.as_flattened().iter().map(|v| Lanes::of_point(positions[*v as usize]));
+        corners.fold(LaneBox::EMPTY, LaneBox::grow).aabb()
     }
 }
 

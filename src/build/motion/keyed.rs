@@ -9,7 +9,7 @@ use super::cost::{costs, triangle_cost};
 use super::frames::Motion;
 use super::medoids::{Choice, choose};
 use super::optimise::optimise;
-use super::representatives::{Pose, distances, most_poses, representatives, thinned};
+use super::representatives::{Pose, distances, most_poses, standing_for, thinned};
 use crate::build::error::BuildError;
 use crate::build::initial_tree;
 use crate::build::progress::Progress;
@@ -26,6 +26,8 @@ const POSES: usize = 8;
 const POSES_OF_PART: usize = 4;
 /// Rounds of reinsertion: six are one per cent worse, sixteen gain a tenth of one.
 const ROUNDS: u32 = 8;
+/// Those of a tree that serves a part: three trees are made in its place, and two rounds more gain two tenths of one per cent.
+const ROUNDS_OF_PART: u32 = 6;
 /// Parts that [`Trees::Auto`] tries.
 const MOST_PARTS: usize = 3;
 /// Each further tree must lower the mean cost by about this share, since a file has to hold it.
@@ -55,8 +57,8 @@ pub struct Keyed {
 /// Trees for all frames, such that the mean over the frames of the SAH, each divided by what its [triangles alone cost](triangle_cost), is low. So no frame
 /// counts for more because its box is small. `progress` is told of phases, not of primitives. Of `options` the costs and `max_leaf` are read; the trees have no duplicates.
 ///
-/// All positions must be in memory. Where they do not fit, take [`representatives`] of what fits, [`optimise`] over these, ask [`cost`](super::cost) frame by
-/// frame, and [`choose`] by what it says.
+/// All positions must be in memory. Where they do not fit, take [`representatives`](super::representatives) of what fits, [`optimise`] over these, ask
+/// [`cost`](super::cost) frame by frame, and [`choose`] by what it says.
 ///
 /// # Errors
 /// Where the tree would have more references than there are numbers for, or `progress` cancels.
@@ -81,19 +83,21 @@ pub fn keyed(
         unit if unit > 0.0 => unit,
         _ => 1.0,
     });
-    let builder = Builder { motion, units: &units, options, exec, progress };
-    let medoids = choose(&distances(motion, &frames, exec), if parts > 1 { parts } else { STARTS });
-    let starts = medoids.kept.iter().map(|&i| builder.start(frames[i])).collect::<Result<Vec<Tree>, BuildError>>()?;
+    let apart = distances(motion, &frames, exec);
+    let medoids = choose(&apart, if parts > 1 { parts } else { STARTS });
+    let builder = Builder { motion, frames, apart, units: &units, options, exec, progress };
+    let all: Vec<usize> = (0..builder.frames.len()).collect();
+    let starts =
+        medoids.kept.iter().map(|&i| builder.start(builder.frames[i])).collect::<Result<Vec<Tree>, BuildError>>()?;
     let mut candidates = Vec::new();
     if parts == 1 || trees == Trees::Auto {
-        candidates.push(builder.fitted(&starts, &frames, POSES)?);
+        candidates.push(builder.fitted(&starts, &all, POSES, ROUNDS)?);
     }
     if parts > 1 {
         // A start is not needed any more once its part has a tree.
         for (part, start) in starts.into_iter().enumerate() {
-            let served = frames.iter().zip(&medoids.serves).filter(|(_, serves)| **serves == part);
-            let served: Vec<usize> = served.map(|(frame, _)| *frame).collect();
-            candidates.push(builder.fitted(&[start], &served, POSES_OF_PART)?);
+            let served: Vec<usize> = all.iter().copied().filter(|i| medoids.serves[*i] == part).collect();
+            candidates.push(builder.fitted(&[start], &served, POSES_OF_PART, ROUNDS_OF_PART)?);
         }
     }
     progress.phase("motion: costs");
@@ -141,6 +145,10 @@ impl Progress for Uncounted<'_> {
 
 struct Builder<'a> {
     motion: &'a Motion<'a>,
+    /// Those that trees are made for.
+    frames: Vec<usize>,
+    /// How far each of them is from each.
+    apart: Vec<Vec<f64>>,
     /// By frame, what costs are divided by before those of several frames are added.
     units: &'a [f64],
     options: &'a BuildOptions,
@@ -159,12 +167,14 @@ impl Builder<'_> {
         initial_tree(&mesh, &options, self.exec, self.progress)
     }
 
-    /// The start that costs least over the frames, optimised for them.
-    fn fitted(&self, starts: &[Tree], frames: &[usize], most: usize) -> Result<Tree, BuildError> {
+    /// The start that costs least over some of the frames, optimised for them in so many rounds.
+    fn fitted(&self, starts: &[Tree], some: &[usize], most: usize, rounds: u32) -> Result<Tree, BuildError> {
         let most = most.min(most_poses(self.motion.triangles().len()));
-        let mut poses = representatives(self.motion, frames, most, self.exec);
+        let frames: Vec<usize> = some.iter().map(|i| self.frames[*i]).collect();
+        let apart = || some.iter().map(|a| some.iter().map(|b| self.apart[*a][*b]).collect()).collect();
+        let mut poses = standing_for(&frames, most, apart);
         poses.iter_mut().for_each(|pose| pose.weight /= self.units[pose.frame]);
-        let options = BuildOptions { reinsert: ROUNDS, ..self.options.clone() };
+        let options = BuildOptions { reinsert: rounds, ..self.options.clone() };
         let Some(start) = self.cheapest(starts, &poses) else { return Ok(Tree::default()) };
         optimise(start, self.motion, &poses, &options, self.exec, self.progress)
     }

@@ -37,8 +37,10 @@ pub fn optimise(
         exec.map(poses, |_, pose| scaled(motion, pose)).into_iter().flatten().collect();
     let (frames, scaled): (Vec<usize>, Vec<ScaledPose>) = scaled.into_iter().unzip();
     let mut start = tree.clone();
-    // The tree is taken apart where it has an area.
-    fit(&mut start, motion, *frames.first().unwrap_or(&first.frame));
+    // The tree is taken apart where it has an area; which it is does not matter.
+    if !(half_area(&start.bounds()) > 0.0) {
+        fit(&mut start, motion, *frames.first().unwrap_or(&first.frame));
+    }
     let mut tree = over_poses(&start, motion.triangles(), &scaled, options, exec, progress)?.unwrap_or(start);
     fit(&mut tree, motion, first.frame);
     Ok(tree)

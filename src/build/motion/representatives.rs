@@ -31,10 +31,18 @@ pub(super) fn most_poses(triangles: usize) -> usize {
 /// other frames, so that frames which are alike share one. Ascending. All frames where they are few enough.
 pub fn representatives(motion: &Motion, frames: &[usize], most: usize, exec: &Executor) -> Vec<Pose> {
     if frames.len() <= most {
-        return frames.iter().map(|&frame| Pose { frame, weight: 1.0 }).collect();
+        return standing_for(frames, most, Vec::new);
     }
     let frames: Vec<usize> = thinned(frames.len()).into_iter().map(|i| frames[i]).collect();
-    let choice = choose(&distances(motion, &frames, exec), most);
+    standing_for(&frames, most, || distances(motion, &frames, exec))
+}
+
+/// The same of frames that are this far from each other, which is asked where they are too many.
+pub(super) fn standing_for(frames: &[usize], most: usize, apart: impl FnOnce() -> Vec<Vec<f64>>) -> Vec<Pose> {
+    if frames.len() <= most {
+        return frames.iter().map(|&frame| Pose { frame, weight: 1.0 }).collect();
+    }
+    let choice = choose(&apart(), most);
     let mut poses: Vec<Pose> = choice.kept.iter().map(|&i| Pose { frame: frames[i], weight: 0.0 }).collect();
     choice.serves.iter().for_each(|&i| poses[i].weight += 1.0);
     poses

@@ -96,7 +96,7 @@ fn moved<const GROUPS: usize>(
 }
 
 /// A node's boxes in four poses.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 struct Group {
     min: [Lanes; 3],
     max: [Lanes; 3],
@@ -219,6 +219,11 @@ impl<const GROUPS: usize> Volumes for Rows<GROUPS> {
             held[g] = held[g].union(&row[g]);
         }
         area(held)
+    }
+
+    #[inline(always)]
+    fn is(&self, slot: &Slot, held: &[Group; GROUPS]) -> bool {
+        self.row(slot) == held
     }
 
     #[inline(always)]

@@ -70,6 +70,8 @@ impl<'a, V: Volumes> Search<'a, V> {
         self.enter(from ^ 1, saved, volumes.area_with(sibling, &self.node));
 
         let mut left = volumes.held(sibling);
+        // Where what is left takes up as much as the whole did, so it does further up.
+        let mut is_whole = false;
         let mut at = parent;
         while let Some(above) = tree.parent(at) {
             let beside = at ^ 1;
@@ -80,9 +82,10 @@ impl<'a, V: Volumes> Search<'a, V> {
 
             // What remains of the node above once the subtree is gone, and the place beside that.
             let whole = tree.slots[above as usize].area;
-            let shrinks = whole - volumes.join(slot, &mut left);
+            let shrinks = if is_whole { 0.0 } else { whole - volumes.join(slot, &mut left) };
             saved += shrinks;
             self.offer(above, saved - whole);
+            is_whole = is_whole || (shrinks <= 0.0 && volumes.is(&tree.slots[above as usize], &left));
 
             // A box that does not shrink keeps those above it from shrinking.
             if shrinks <= 0.0 && saved - self.node_area <= self.best {

@@ -20,6 +20,9 @@ pub trait Volumes: Sync {
     /// Add what a slot takes up, and return the area of all.
     fn join(&self, slot: &Slot, held: &mut Self::Held) -> f32;
 
+    /// Whether a slot takes up just this.
+    fn is(&self, slot: &Slot, held: &Self::Held) -> bool;
+
     /// Let an inner node's slot take up what its children do, and return the area of that.
     fn enclose(&mut self, slots: &mut [Slot], at: u32) -> f32;
 }
@@ -47,6 +50,11 @@ impl Volumes for OneBox {
     fn join(&self, slot: &Slot, held: &mut LaneBox) -> f32 {
         *held = held.union(slot.lanes());
         held.scaled_half_area(self.scale)
+    }
+
+    #[inline(always)]
+    fn is(&self, slot: &Slot, held: &LaneBox) -> bool {
+        (slot.min, slot.max) == (held.min.point(), held.max.point())
     }
 
     #[inline(always)]

@@ -6,8 +6,7 @@ use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::table::Table;
-use crate::report::file::FileReport;
-use crate::report::metrics::{Change, Condition, METRICS, NoCondition, Side, Verdict};
+use crate::report::metrics::{Change, Condition, NoCondition, Side, Verdict, metric_names};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -33,34 +32,32 @@ pub fn parse_condition(text: &str) -> Result<Condition, String> {
             names::escape(text)
         ),
         NoCondition::Metric => {
-            let all: Vec<&str> = METRICS.iter().map(|metric| metric.name).collect();
-            format!("`{}` is about no known figure; there are {}", names::escape(text), all.join(", "))
+            format!("`{}` is about no known figure; there are {}", names::escape(text), metric_names().join(", "))
         }
     })
 }
 
-/// Print the changes, and fail where a condition holds.
+/// Print the changes, and fail where a condition holds. `triangles` are those that rays can hit.
 pub fn run(
-    reports: &[FileReport],
+    changes: &[Change],
+    triangles: [u64; 2],
     paths: &[PathBuf],
     conditions: &[Condition],
     context: &Context,
 ) -> Result<Exit, Failure> {
-    let [before, after] = reports else { return Ok(Exit::Success) };
-    let triangles = [before, after].map(|report| report.instanced_triangles);
+    let [before, after] = paths else { return Ok(Exit::Success) };
     if triangles[0] != triangles[1] {
         let [a, b] = triangles.map(figures::count);
         context.terminal.warn(&format!(
             "rays can hit {a} and {b} triangles: figures of different models say nothing of their trees"
         ));
     }
-    let changes = Change::all(before, after);
     let mut verdicts = Vec::new();
     for condition in conditions {
-        let Some(verdict) = condition.judge(&changes) else {
+        let Some(verdict) = condition.judge(changes) else {
             return Err(Failure::new(Exit::Usage, format!("cannot judge `{}`", condition.text))
                 .fact(format!("{} was not measured", condition.metric))
-                .help("figures of rays need --rays N above 0, and EPO needs another --epo than off"));
+                .help("figures of rays need --rays N above 0, EPO needs another --epo than off, and sequences have other figures than still files"));
         };
         verdicts.push(verdict);
     }
@@ -69,13 +66,13 @@ pub fn run(
         context.terminal.document(&Document {
             schema: "bvhc.stats-compare.v1",
             exit_code: exit.code(),
-            before: &before.path,
-            after: &after.path,
-            changes: &changes,
+            before: &before.to_string_lossy(),
+            after: &after.to_string_lossy(),
+            changes,
             verdicts: &verdicts,
         })?;
     } else {
-        context.terminal.print(&text(&changes, &verdicts, paths))?;
+        context.terminal.print(&text(changes, &verdicts, paths))?;
     }
     Ok(exit)
 }

@@ -1,10 +1,10 @@
 //! `bvhc convert`: another codec, the same content; or one frame of a sequence as a still file.
 
-use super::build::clip_of;
 use super::build::options::NodeForm;
 use super::build::parse_codec;
 use super::build::same_file;
-use crate::cache::{self, Codec, ConvertOptions, Dependency, FrameRecord, Header, Image, Meta, Sequence, WriteOptions};
+use super::still;
+use crate::cache::{self, Codec, ConvertOptions, Header, WriteOptions};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -13,7 +13,6 @@ use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::outputs;
 use crate::report::info::hex;
-use crate::scene::{Moment, ReadOptions, Seconds};
 use crate::size::bytes;
 use clap::Args;
 use serde::Serialize;
@@ -135,15 +134,10 @@ fn tell(
 fn extract(args: &ConvertArgs, number: i32, write: WriteOptions, context: &Context) -> Result<Exit, Failure> {
     let sequence = caches::open_sequence(&args.input, context)?;
     let frame = caches::frame(&sequence, &args.input, number, context)?;
-    let mut image = Image::of_frame(&sequence, &frame);
+    let (mut image, meta) = still::of_frame(&sequence, &frame);
     if NodeForm::any_compact(&args.nodes) {
         image.add_compact().map_err(|e| caches::failure(&e))?;
     }
-    let meta = sequence.meta().map(|meta| still_meta(meta, &sequence, number)).unwrap_or_else(|| Meta {
-        tool: "bvhc".to_string(),
-        tool_version: env!("CARGO_PKG_VERSION").to_string(),
-        ..Meta::default()
-    });
     let publishing = interrupt::publish()?;
     let written =
         cache::write_file(&args.output, &image, &meta, &write, &context.exec).map_err(|e| caches::failure(&e))?;
@@ -156,33 +150,6 @@ fn extract(args: &ConvertArgs, number: i32, write: WriteOptions, context: &Conte
         context.terminal.result(&format!("{}  frame {number}: {from} → {to}", names::path(&args.output)))?;
     }
     Ok(Exit::Success)
-}
-
-/// What a still build of the frame would record, so that the file can be compared with its model: of a clip the moment, of files the one of the frame.
-fn still_meta(meta: &Meta, sequence: &Sequence, number: i32) -> Meta {
-    let mut meta = meta.clone();
-    let of_sequence = ["sequence", "refit", "trees", "rebuild_ratio"];
-    let choice = meta.options.iter().find(|(name, _)| name == "sequence").map(|(_, value)| value.clone());
-    meta.options.retain(|(name, _)| !of_sequence.contains(&name.as_str()));
-    let frames = sequence.frames();
-    let row = sequence.numbered(number).unwrap_or(0);
-    match choice.as_deref().and_then(clip_of) {
-        Some(animation) => {
-            let time = frames.get(row).and_then(|frame| Seconds::new(frame.time.into()));
-            let moment = Some(Moment { animation, time });
-            let posed = ReadOptions { moment, ..ReadOptions::default() }.effective();
-            let is_moment = |name: &str| name == "time" || name.starts_with("animation");
-            meta.options.extend(posed.into_iter().filter(|(name, _)| is_moment(name)));
-        }
-        None => {
-            // Frames that are held are those before: each of the others brought a file.
-            let files = frames.iter().take(row + 1).filter(|frame| frame.flags & FrameRecord::HELD == 0).count();
-            let own = meta.dependencies.get(files.wrapping_sub(1)).cloned();
-            meta.dependencies = own.into_iter().map(|own| Dependency { role: Dependency::MODEL, ..own }).collect();
-        }
-    }
-    meta.options.push(("frame".to_string(), number.to_string()));
-    meta
 }
 
 fn length(path: &Path) -> u64 {

@@ -37,17 +37,7 @@ pub fn run(
             .help("leave out --rays"));
     }
     svg.map_or(Ok(()), drawing::may_replace)?;
-    let (entries, exit) = caches::each(files, context, |path| {
-        cache::sound_sequence(path, &caches::options(context), &context.exec).map_err(|e| caches::failure(&e))?;
-        let sequence = caches::open_sequence(path, context)?;
-        let name = path.to_string_lossy().into_owned();
-        let bar = Bar::new(&context.terminal, &names::path(path));
-        let frames = sequence.frame_count() as u64;
-        bar.phase("measuring frames of", frames);
-        let done = |done| bar.set(done, frames);
-        let report = SequenceReport::of(name, &sequence, measure, &context.exec, &Ear(&bar), done);
-        report.map_err(|error| failure(&error, path))
-    });
+    let (entries, exit) = measured(files, measure, context);
     if context.terminal.json {
         context.terminal.document(&Document { schema: "bvhc.frames.v1", exit_code: exit.code(), files: &entries })?;
     }
@@ -66,6 +56,21 @@ pub fn run(
         }
     }
     Ok(exit)
+}
+
+/// Measure each of the files.
+pub fn measured(files: &[PathBuf], measure: &Measure, context: &Context) -> (Vec<Entry<SequenceReport>>, Exit) {
+    caches::each(files, context, |path| {
+        cache::sound_sequence(path, &caches::options(context), &context.exec).map_err(|e| caches::failure(&e))?;
+        let sequence = caches::open_sequence(path, context)?;
+        let name = path.to_string_lossy().into_owned();
+        let bar = Bar::new(&context.terminal, &names::path(path));
+        let frames = sequence.frame_count() as u64;
+        bar.phase("measuring frames of", frames);
+        let done = |done| bar.set(done, frames);
+        let report = SequenceReport::of(name, &sequence, measure, &context.exec, &Ear(&bar), done);
+        report.map_err(|error| failure(&error, path))
+    })
 }
 
 /// A build's ear for signals without its count of triangles: the bar counts frames.

@@ -12,5 +12,6 @@ pub mod info;
 pub mod man;
 pub mod reference;
 pub mod stats;
+mod still;
 pub mod verify;
 pub mod view;

@@ -1,6 +1,7 @@
 //! A file name with a place for the number of a frame: `heli.%04d.obj`, `heli.####.obj`, `heli.@.obj`, `heli.1001-1100#.obj`.
 
 use super::numbers::{Numbers, split_list};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// A file name with a place for the number of a frame: where it stands, and how many digits it has at least.
@@ -110,6 +111,31 @@ impl Pattern {
         Some(Ok(Pattern { folder, before: text(before), width, after: text(after), numbers }))
     }
 
+    /// The pattern whose frames these files are, in the last number of their names that tells them apart; `None` where there is none.
+    pub fn of_files(paths: &[&Path]) -> Option<Pattern> {
+        let (folder, name) = (paths.first()?.parent()?, paths.first()?.file_name()?.to_str()?);
+        let is_digit = |at: usize| name.as_bytes().get(at).is_some_and(u8::is_ascii_digit);
+        let starts = (0..name.len()).rev().filter(|at| is_digit(*at) && !at.checked_sub(1).is_some_and(is_digit));
+        let patterns = starts.flat_map(|start| {
+            let end = start + name[start..].bytes().take_while(u8::is_ascii_digit).count();
+            [end - start, 1].map(|width| Pattern {
+                folder: folder.to_path_buf(),
+                before: name[..start].to_owned(),
+                width,
+                after: name[end..].to_owned(),
+                numbers: None,
+            })
+        });
+        let number = |pattern: &Pattern, path: &Path| match pattern.matches(path.file_name()?.to_str()?) {
+            Match::Frame(number) if path.parent() == Some(folder) => Some(number),
+            _ => None,
+        };
+        patterns.into_iter().find(|pattern| {
+            let numbers: Option<BTreeSet<i32>> = paths.iter().map(|path| number(pattern, path)).collect();
+            numbers.is_some_and(|numbers| numbers.len() == paths.len())
+        })
+    }
+
     /// The folder that the files lie in, as a path that can be read.
     pub fn folder(&self) -> &Path {
         if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder }
@@ -124,6 +150,11 @@ impl Pattern {
     /// The path of a file of this name.
     pub fn file(&self, name: &str) -> PathBuf {
         self.folder.join(name)
+    }
+
+    /// The pattern as it is written, with `printf`'s place.
+    pub fn text(&self) -> String {
+        self.with_width(self.width)
     }
 
     /// The same pattern for numbers of so many digits.
@@ -217,6 +248,23 @@ mod tests {
 
     fn parse(text: &str) -> Pattern {
         Pattern::parse(Path::new(text)).unwrap().unwrap()
+    }
+
+    #[test]
+    fn files_tell_the_pattern_that_they_are_frames_of() {
+        let text = |names: &[&str]| {
+            let paths: Vec<&Path> = names.iter().map(Path::new).collect();
+            Pattern::of_files(&paths).map(|pattern| pattern.text())
+        };
+        assert_eq!(text(&["in/a2.0009.obj", "in/a2.0010.obj"]).as_deref(), Some("in/a2.%04d.obj"));
+        assert_eq!(text(&["h9.obj", "h10.obj", "h1.obj"]).as_deref(), Some("h%d.obj"));
+        assert_eq!(text(&["h1_v2.obj", "h2_v2.obj"]).as_deref(), Some("h%d_v2.obj"));
+        assert_eq!(text(&["50%_1.obj", "50%_2.obj"]).as_deref(), Some("50%%_%d.obj"));
+        for none in
+            [&["a.obj", "b.obj"][..], &["a1.obj", "b2.obj"], &["in/a1.obj", "on/a2.obj"], &["a7.obj", "a07.obj"], &[]]
+        {
+            assert_eq!(text(none), None, "{none:?}");
+        }
     }
 
     #[test]

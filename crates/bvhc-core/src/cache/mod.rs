@@ -48,7 +48,7 @@ pub mod parts {
     pub use super::check::cover::{Cover, Covered, most_steps};
     pub use super::container::{Container, check_tree_flags, is_known_codec, is_understood};
     #[cfg(feature = "zstd")]
-    pub use super::delta::{Block, Encoder, encode_triangles};
+    pub use super::delta::{Block, Encoder, pack_triangles};
     pub use super::error::Fault;
     #[cfg(feature = "zstd")]
     pub use super::pack::{BLOCK_LEN, frames_of, pack, unpack as unpack_frames};

@@ -3,6 +3,8 @@
 //! Frames do not know each other, so they are packed and unpacked on all cores and the result never depends on how many there
 //! are. A frame is decoded only into the bytes that the table promised: a decompression bomb has nowhere to go.
 
+use std::io::{self, Write};
+
 use zstd::zstd_safe;
 
 use super::aligned::AlignedBytes;
@@ -11,25 +13,41 @@ use crate::exec::Executor;
 /// Decoded bytes a frame holds; the last one may hold fewer.
 pub const BLOCK_LEN: usize = 1 << 20;
 const WINDOW_LOG: u32 = 20;
+/// Bytes of one kind from which on a zstd block of their own may pay: its table of how often each byte occurs takes up to about 100.
+const BLOCK_OF_ONE_KIND: usize = 1 << 10;
 /// A section stays raw unless packing saves at least one part in this many.
 pub const WORTHWHILE: usize = 20;
 
 /// Pack `raw`, or `None` where that gains less than 5 %.
-pub fn pack(raw: &[u8], level: i32, exec: &Executor) -> std::io::Result<Option<Vec<u8>>> {
+pub fn pack(raw: &[u8], level: i32, exec: &Executor) -> io::Result<Option<Vec<u8>>> {
     let packed = frames_of(raw, level, exec)?;
     let gains = !raw.is_empty() && packed.len() <= raw.len() - raw.len() / WORTHWHILE;
     Ok(gains.then_some(packed))
 }
 
 /// The table and the frames, whether or not they are smaller.
-pub fn frames_of(raw: &[u8], level: i32, exec: &Executor) -> std::io::Result<Vec<u8>> {
+pub fn frames_of(raw: &[u8], level: i32, exec: &Executor) -> io::Result<Vec<u8>> {
+    frames_in_blocks(raw, &[], level, exec)
+}
+
+/// The same of bytes whose kind changes at these places, ascending. There a zstd block ends, and with it a table of how often each byte occurs, where that
+/// takes fewer bytes.
+pub fn frames_in_blocks(raw: &[u8], ends: &[usize], level: i32, exec: &Executor) -> io::Result<Vec<u8>> {
     let blocks = raw.chunks(BLOCK_LEN).collect();
     let packed = exec.map_with(
         blocks,
         || compressor(level),
-        |compressor, _, block: &[u8]| match compressor {
-            Ok(compressor) => compressor.compress(block),
-            Err(error) => Err(std::io::Error::new(error.kind(), error.to_string())),
+        |compressor, i, block: &[u8]| {
+            let whole = match compressor {
+                Ok(compressor) => compressor.compress(block)?,
+                Err(error) => return Err(io::Error::new(error.kind(), error.to_string())),
+            };
+            let pieces = pieces(block, i * BLOCK_LEN, ends);
+            if pieces.len() < 2 {
+                return Ok(whole);
+            }
+            let cut = compress_pieces(&pieces, block.len(), level)?;
+            Ok(if cut.len() < whole.len() { cut } else { whole })
         },
     );
     let frames: Vec<Vec<u8>> = packed.into_iter().collect::<Result<_, _>>()?;
@@ -43,7 +61,39 @@ pub fn frames_of(raw: &[u8], level: i32, exec: &Executor) -> std::io::Result<Vec
     Ok(out)
 }
 
-fn compressor(level: i32) -> std::io::Result<zstd::bulk::Compressor<'static>> {
+/// The bytes of a frame that begins at `start`, cut where an end is far enough from the one before.
+fn pieces<'a>(mut block: &'a [u8], start: usize, ends: &[usize]) -> Vec<&'a [u8]> {
+    let mut pieces = Vec::new();
+    let mut at = start;
+    for &end in ends {
+        let len = end.saturating_sub(at);
+        if len < BLOCK_OF_ONE_KIND || len >= block.len() {
+            continue;
+        }
+        let (piece, rest) = block.split_at(len);
+        pieces.push(piece);
+        (block, at) = (rest, end);
+    }
+    pieces.push(block);
+    pieces
+}
+
+/// A frame in which each piece ends a zstd block.
+fn compress_pieces(pieces: &[&[u8]], len: usize, level: i32) -> io::Result<Vec<u8>> {
+    let mut encoder = zstd::stream::write::Encoder::new(Vec::new(), level)?;
+    encoder.window_log(WINDOW_LOG)?;
+    encoder.set_pledged_src_size(Some(len as u64))?;
+    let mut before = false;
+    for piece in pieces {
+        if std::mem::replace(&mut before, true) {
+            encoder.flush()?;
+        }
+        encoder.write_all(piece)?;
+    }
+    encoder.finish()
+}
+
+fn compressor(level: i32) -> io::Result<zstd::bulk::Compressor<'static>> {
     let mut compressor = zstd::bulk::Compressor::new(level)?;
     compressor.set_parameter(zstd_safe::CParameter::WindowLog(WINDOW_LOG))?;
     Ok(compressor)
@@ -159,6 +209,35 @@ mod tests {
     }
 
     #[test]
+    fn bytes_of_several_kinds_take_less_in_blocks_and_come_back() {
+        // Two kinds of noise, each of which a table of its own describes better than one of both.
+        let mut random = crate::random::Random::new(7);
+        let mut noise = |mask: u8, high: u8| (0..5000).map(|_| random.bits() as u8 & mask | high).collect::<Vec<u8>>();
+        let raw = [noise(7, 0), noise(7, 0x30), noise(15, 0x80), noise(255, 0)].concat();
+        let ends = [5000, 10_000, 15_000, 20_000];
+        let whole = frames_of(&raw, 9, &Executor::sequential()).unwrap();
+        let cut = frames_in_blocks(&raw, &ends, 9, &Executor::sequential()).unwrap();
+        assert!(cut.len() + 500 < whole.len(), "{} and {}", cut.len(), whole.len());
+        assert_eq!(unpacked(&cut, raw.len()).unwrap(), raw);
+        // Of one kind after all: a table for all of them is enough.
+        let same = noise(7, 0);
+        assert_eq!(
+            frames_in_blocks(&same, &[2500, 5000], 9, &Executor::sequential()).unwrap(),
+            frames_of(&same, 9, &Executor::sequential()).unwrap()
+        );
+        // Too short for tables of their own.
+        let short = [100, 1000, 19_900, 20_000];
+        assert!(pieces(&raw, 0, &short).len() == 2 && pieces(&raw[..1000], 0, &ends).len() == 1);
+        // Frames beyond the first one count from their own start.
+        let long = raw.repeat(60);
+        let many: Vec<usize> = (1..=240).map(|i| 5000 * i).collect();
+        for ends in [&many[..], &[BLOCK_LEN], &[]] {
+            let packed = frames_in_blocks(&long, ends, 3, &Executor::sequential()).unwrap();
+            assert!(unpacked(&packed, long.len()).unwrap() == long);
+        }
+    }
+
+    #[test]
     fn noise_stays_raw() {
         let mut state = 1u64;
         let noise: Vec<u8> = std::iter::repeat_with(|| {
@@ -194,7 +273,7 @@ mod tests {
         refused(&table(&[&one[..], &[0x50, 0x2a, 0x4d, 0x18, 0, 0, 0, 0]].concat()), 600);
         let mut streamed = zstd::stream::Encoder::new(Vec::new(), 3).unwrap();
         streamed.include_contentsize(false).unwrap();
-        std::io::Write::write_all(&mut streamed, &raw[..600]).unwrap();
+        streamed.write_all(&raw[..600]).unwrap();
         refused(&table(&streamed.finish().unwrap()), 600);
     }
 

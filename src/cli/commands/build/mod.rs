@@ -253,15 +253,15 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
     }
     if args.dry_run {
         let from = job.frame.map_or_else(String::new, |_| format!(" from {}", names::path(&job.input)));
-        let line = format!("{name}  would build{from}: {reason}");
         // A folder that -o names is made by the build.
         if job.output.parent().is_none_or(Path::exists) || args.output.as_ref() == Some(&job.output) {
             outputs::writable(&job.output)?;
         }
-        let model = match &job.frames {
-            Some(frames) => workshop.rehearse_sequence(job, frames).map(|()| None)?,
-            None => Some(workshop.rehearse(job)?),
+        let (model, frames) = match &job.frames {
+            Some(frames) => (None, format!(" ({})", workshop.rehearse_sequence(job, frames)?)),
+            None => (Some(workshop.rehearse(job)?), String::new()),
         };
+        let line = format!("{name}  would build{from}: {reason}{frames}");
         let outcome = Outcome { reason: Some(reason), model, ..Outcome::new(job, Status::WouldBuild) };
         return Ok(Settled::Done(Box::new(outcome), line));
     }

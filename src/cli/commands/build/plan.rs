@@ -103,7 +103,13 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
             true => format!(
                 "write -o {shown}/ to make it a folder, or give each frame a name by a pattern, such as '%04d.bvhc'"
             ),
-            false => format!("write -o {shown}/ to make it a folder"),
+            false => match Pattern::of_files(&inputs.iter().map(|i| i.path.as_path()).collect::<Vec<_>>()) {
+                Some(pattern) => format!(
+                    "write -o {shown}/ to make it a folder, or name frames of one file by a pattern, in quotes: bvhc build '{}' -o {shown}",
+                    pattern.text()
+                ),
+                None => format!("write -o {shown}/ to make it a folder"),
+            },
         };
         return Err(refused.help(help));
     }

@@ -15,8 +15,8 @@ use crate::cli::figures;
 use crate::cli::patterns;
 use crate::report::families::FamilyReport;
 use crate::report::file::FileReport;
-use crate::report::frames::Measure;
-use crate::report::metrics::Condition;
+use crate::report::frames::{Measure, SequenceReport};
+use crate::report::metrics::{Change, Condition, Measured};
 use crate::report::overlap::{EpoMode, EpoReport};
 use crate::report::rays::RayReport;
 use clap::Args;
@@ -40,7 +40,7 @@ pub struct StatsArgs {
     #[arg(long, conflicts_with_all = ["epo", "depths"])]
     frames: bool,
     /// Rays in each of three sets by which the cost of a ray is counted, from four cameras around the scene or each frame, and in each family of rays; 0 traces none, and a
-    /// million is the most [default: 0, with --frames 1024, with --compare 4096]
+    /// million is the most [default: 0, with --frames and of sequences 1024, with --compare 4096]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1_000_000))]
     rays: Option<u32>,
     /// With --frames: build each frame's trees anew by the recipe in the file, and count what the same rays cost there
@@ -107,9 +107,13 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
         .fact("what changed is told from one file to another")
         .help("bvhc stats --compare BEFORE AFTER"));
     }
-    if args.frames || files.iter().all(|path| caches::is_sequence(path, context)) {
+    let sequences = files.iter().filter(|path| caches::is_sequence(path, context)).count();
+    if args.compare && sequences > 0 {
+        return compare_sequences(args, &files, sequences, context);
+    }
+    if args.frames || sequences == files.len() {
         // A sequence alone needs no --frames, which refuses these.
-        let unread = [("--epo", args.epo.is_some()), ("--depths", args.depths), ("--compare", args.compare)];
+        let unread = [("--epo", args.epo.is_some()), ("--depths", args.depths)];
         if let Some((flag, _)) = unread.into_iter().find(|(_, is_given)| *is_given) {
             return Err(Failure::new(Exit::Usage, format!("cannot measure a sequence with {flag}"))
                 .fact("the frames of a sequence are told by a row each")
@@ -144,7 +148,7 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
     if args.compare {
         // With one file nothing is compared, so that its failure is that of the whole.
         return match failed {
-            None => compare::run(&Entry::all_done(entries), &paths, &args.fail_if, context),
+            None => compared(&Entry::all_done(entries), |r| r.instanced_triangles, &paths, args, context),
             Some(exit) => Ok(exit),
         };
     }
@@ -162,6 +166,38 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
         context.terminal.print(&columns::text(&reports, &paths, args.depths))?;
     }
     Ok(exit)
+}
+
+/// What changed from one sequence to another, in figures over all frames.
+fn compare_sequences(args: &StatsArgs, files: &[PathBuf], count: usize, context: &Context) -> Result<Exit, Failure> {
+    if count < files.len() {
+        return Err(Failure::new(Exit::Usage, "cannot compare a sequence with a still file")
+            .fact("figures of a sequence are over all its frames")
+            .help("take a frame out first: bvhc convert FILE -o OUT --frame N"));
+    }
+    if args.epo.is_some() {
+        return Err(Failure::new(Exit::Usage, "cannot measure a sequence with --epo")
+            .fact("of sequences the end-point overlap is not measured")
+            .help("leave out --epo, or take frames out first: bvhc convert FILE -o OUT --frame N"));
+    }
+    let measure = Measure { rays: args.rays.unwrap_or(1024) as usize, fresh: false };
+    let (entries, exit) = super::frames::measured(files, &measure, context);
+    if exit != Exit::Success {
+        return Ok(exit);
+    }
+    compared(&Entry::all_done(entries), SequenceReport::triangles, files, args, context)
+}
+
+fn compared<R: Measured>(
+    reports: &[R],
+    triangles: impl Fn(&R) -> u64,
+    paths: &[PathBuf],
+    args: &StatsArgs,
+    context: &Context,
+) -> Result<Exit, Failure> {
+    let [before, after] = reports else { return Ok(Exit::Success) };
+    let triangles = [before, after].map(triangles);
+    compare::run(&Change::all(before, after), triangles, paths, &args.fail_if, context)
 }
 
 /// Two digits behind the point, one standard deviation where it shows there, and whether it was sampled.

@@ -4,7 +4,7 @@ mod made;
 
 pub use made::*;
 
-use bvhc::cache::parts::{Block, Encoder, encode_names, encode_triangles, frames_of, pack, unpack_frames};
+use bvhc::cache::parts::{Block, Encoder, encode_names, frames_of, pack, pack_triangles, unpack_frames};
 use bvhc::cache::{
     DELTA_MIN_MINOR, FrameRecord, GeomRecord, Header, IndexedTriangleRecord, InstanceRecord, KINDS, MAGIC, MAJOR,
     PoseRecord, SEQUENCE_MIN_MINOR, SectionEntry, SectionKind, TopologyRecord, required_features, tree_flags,
@@ -178,7 +178,7 @@ impl Sequence {
             let packed = match entry.kind {
                 SectionKind::NODE => blocks[entry.ordinal as usize][0].clone(),
                 SectionKind::VPOS => blocks[entry.ordinal as usize][1].clone(),
-                SectionKind::TRIX => Some(frames_of(&encode_triangles(data), level, &exec).unwrap()),
+                SectionKind::TRIX => Some(pack_triangles(data, level, &exec).unwrap()),
                 _ => None,
             };
             if let Some(packed) = packed {

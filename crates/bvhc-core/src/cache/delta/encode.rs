@@ -1,6 +1,7 @@
 use std::io;
 
 use super::links::{self, Link};
+use super::planes::Planes;
 use super::ranks::base_of;
 use super::residuals::{self, Base};
 use super::weights::Kept;
@@ -57,7 +58,7 @@ impl Encoder {
         block: Block<'_>,
         exec: &Executor,
     ) -> io::Result<[Option<Vec<u8>>; 2]> {
-        let (mut shapes, mut residuals) = (Some(Vec::new()), Vec::new());
+        let (mut shapes, mut residuals) = (Some(Planes::default()), Planes::default());
         for pose in block.poses {
             let Some(topology) = topologies.get(pose.topology as usize) else { return Ok([None, None]) };
             let piece = |offset: u64, count: u32| offset as usize..(offset as usize).saturating_add(count as usize);
@@ -69,14 +70,14 @@ impl Encoder {
             let follows = follows(nodes, &links, mine, vertices);
             let shape = self.shape(pose.topology, nodes, links);
             shapes = shapes.zip(shape).filter(|_| follows).map(|(mut all, shape)| {
-                all.extend(shape);
+                all.push(&shape, 0, links::PLANES);
                 all
             });
-            residuals.extend(self.pose(pose.topology, vertices));
+            residuals.push(&self.pose(pose.topology, vertices), residuals::HEAD, residuals::PLANES);
         }
         let smaller = |packed: Vec<u8>, raw: usize| (packed.len() <= raw - raw / pack::WORTHWHILE).then_some(packed);
-        let vertices = pack::frames_of(&residuals, self.level, exec)?;
-        let nodes = shapes.map(|shapes| pack::frames_of(&shapes, self.level, exec)).transpose()?;
+        let vertices = residuals.pack(self.level, exec)?;
+        let nodes = shapes.map(|shapes| shapes.pack(self.level, exec)).transpose()?;
         Ok([
             nodes.and_then(|packed| smaller(packed, size_of_val(block.nodes))),
             smaller(vertices, size_of_val(block.vertices)),

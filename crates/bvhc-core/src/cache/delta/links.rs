@@ -8,9 +8,12 @@ use crate::refit::refit;
 /// `first` and `count` of a node.
 pub type Link = [u32; 2];
 
+/// Four of `first` and one of `count`.
+pub const PLANES: usize = 5;
+
 /// Bytes for so many nodes.
 pub fn packed_len(nodes: u64) -> u64 {
-    5 * nodes
+    PLANES as u64 * nodes
 }
 
 /// What `first` of the next node is expected to be: of a leaf the end of the leaf before it, of an inner node that of the inner node before it.

@@ -7,12 +7,14 @@
 //! | `residuals` | the vertices of a pose, less what was predicted |
 //! | `links` | nodes without boxes, and the boxes that follow from the vertices |
 //! | `triangles` | the triangles of the topologies |
+//! | `planes` | bytes of one kind side by side, packed |
 //! | `blocks` | what of a block stands where |
 //! | `encode` | packing, block after block |
 
 mod blocks;
 mod encode;
 mod links;
+mod planes;
 mod ranks;
 mod residuals;
 mod triangles;
@@ -23,5 +25,5 @@ pub use encode::{Block, Encoder};
 pub use links::Link;
 pub use ranks::Ranks;
 pub use residuals::Base;
-pub use triangles::{decode as decode_triangles, encode as encode_triangles};
+pub use triangles::{decode as decode_triangles, pack as pack_triangles};
 pub use weights::{Kept, Weights};

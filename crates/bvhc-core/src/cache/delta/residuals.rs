@@ -9,9 +9,12 @@ use crate::geom::Point;
 /// Bytes before the planes.
 pub const HEAD: usize = 8;
 
+/// Four of each axis.
+pub const PLANES: usize = 12;
+
 /// Bytes of a pose of so many vertices.
 pub fn packed_len(vertices: u64) -> u64 {
-    HEAD as u64 + 12 * vertices
+    HEAD as u64 + PLANES as u64 * vertices
 }
 
 /// What a pose is stored relative to: another pose of its topology, and how vertices follow each other.
@@ -97,7 +100,7 @@ pub fn decode(packed: &[u8], base: Option<Base<'_>>, out: &mut [Point]) -> Resul
     if scale.to_bits() != 0 && !(SMALLEST..=LARGEST).contains(&scale) {
         return Err(format!("a pose has the scale {scale}, which must be 0 or from {SMALLEST:e} to {LARGEST:e}"));
     }
-    if planes.len() != 12 * out.len() {
+    if planes.len() != PLANES * out.len() {
         return Err(format!("a pose of {} vertices has {} bytes of planes", out.len(), planes.len()));
     }
     let count = out.len();

@@ -3,7 +3,11 @@
 //! A corner is expected to be the next vertex that no triangle had before, which is right for half of them where vertices are numbered by their first use;
 //! `prim` and `geom` to be those of the record before.
 
+use std::io;
+
+use super::planes::Planes;
 use super::residuals::{fold, unfold};
+use crate::exec::Executor;
 use crate::layout::IndexedTriangleRecord;
 
 const WORDS: usize = size_of::<IndexedTriangleRecord>() / 4;
@@ -36,8 +40,18 @@ impl Expected {
     }
 }
 
+/// The stored bytes of whole records, whether or not they are fewer.
+///
+/// # Errors
+/// Where zstd cannot be had.
+pub fn pack(records: &[u8], level: i32, exec: &Executor) -> io::Result<Vec<u8>> {
+    let mut planes = Planes::default();
+    planes.push(&encode(records), 0, 4 * WORDS);
+    planes.pack(level, exec)
+}
+
 /// The planes of whole records; bytes behind the last one stay away.
-pub fn encode(records: &[u8]) -> Vec<u8> {
+fn encode(records: &[u8]) -> Vec<u8> {
     let count = records.len() / (4 * WORDS);
     let mut out = vec![0; 4 * WORDS * count];
     let mut expected = Expected::default();

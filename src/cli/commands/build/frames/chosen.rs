@@ -32,6 +32,16 @@ impl OneFrame {
     pub fn label(&self) -> FrameLabel {
         FrameLabel { number: self.number, time: None, held: self.held }
     }
+
+    /// The numbers of some frames, and which of them are held: `1-4, held 3`.
+    pub fn numbers(list: &[OneFrame]) -> String {
+        let numbers = |some: &mut dyn Iterator<Item = i32>| runs(&some.collect::<Vec<_>>());
+        let all = numbers(&mut list.iter().map(|frame| frame.number));
+        match numbers(&mut list.iter().filter(|frame| frame.held).map(|frame| frame.number)) {
+            held if held.is_empty() => all,
+            held => format!("{all}, held {held}"),
+        }
+    }
 }
 
 impl FrameArgs {
@@ -46,14 +56,7 @@ impl Frames {
     /// What META and the build key have of it: one text for each choice of frames.
     pub fn recorded(&self) -> String {
         match self {
-            Frames::Files(list) => {
-                let numbers = |some: &mut dyn Iterator<Item = i32>| runs(&some.collect::<Vec<_>>());
-                let all = numbers(&mut list.iter().map(|frame| frame.number));
-                match numbers(&mut list.iter().filter(|frame| frame.held).map(|frame| frame.number)) {
-                    held if held.is_empty() => format!("files {all}"),
-                    held => format!("files {all}, held {held}"),
-                }
-            }
+            Frames::Files(list) => format!("files {}", OneFrame::numbers(list)),
             Frames::Clip { choice, fps, range } => {
                 let fps = match fps {
                     Fps::Auto => "auto".to_string(),

@@ -1,6 +1,7 @@
 //! A sequence: many frames, one file.
 
 mod again;
+mod rehearse;
 mod told;
 
 use super::Empty;
@@ -11,6 +12,7 @@ use super::make::{Made, Workshop, changed_meanwhile, unchanged};
 use super::outcome::{Arrival, Built, SequenceBuilt, Times};
 use super::plan::Job;
 use super::remarks::{Remarks, nothing_in};
+use crate::build::motion;
 use crate::build::{BuildOptions, Levels, Named, Progress};
 use crate::cache::keys::Recipe;
 use crate::cache::{self, Meta, WriteSummary};
@@ -73,7 +75,8 @@ fn recipe_of(workshop: &Workshop, frames: &str) -> Recipe {
     options.extend(policy.keyframe_every.map(|every| ("keyframe_every".into(), every.to_string())));
     options.extend(build_options(&workshop.build, &policy).effective());
     options.extend(read_options(&workshop.read).effective());
-    Recipe { options, ..workshop.recipe.clone() }
+    let builder_revision = workshop.recipe.builder_revision + motion::REVISION;
+    Recipe { options, builder_revision, ..workshop.recipe.clone() }
 }
 
 /// A build's ear for signals without its count of triangles: the bar counts frames.
@@ -170,38 +173,6 @@ impl Workshop<'_> {
         let times = Times::new(read_time, build_time, start.elapsed());
         let arrival = Arrival::new(report, rounding, placing, None, warnings);
         Ok(self.made(&written, SequenceBuilt::new(frames, surveyed, were_read.len() as u64), inputs, arrival, times))
-    }
-
-    /// Read all that a sequence is built from, and say what the build would say of it; nothing is built.
-    pub fn rehearse_sequence(&self, job: &Job, frames_of: &Frames) -> Result<(), Failure> {
-        let bar = Bar::new(&self.context.terminal, &names::path(&job.output));
-        let (read, exec) = (read_options(&self.read), &self.context.exec);
-        let mut progress = |_, _| ();
-        match frames_of {
-            Frames::Files(list) => {
-                bar.phase("reading frames of", list.len() as u64);
-                for (i, frame) in list.iter().filter(|frame| !frame.held).enumerate() {
-                    let scene = scene::read_with(&frame.model, &read, exec, &mut progress);
-                    caches::fits(
-                        &frame.model,
-                        &scene.map_err(|e| caches::scene_failure(&e))?,
-                        &self.build,
-                        self.context,
-                    )?;
-                    bar.set(i as u64 + 1, list.len() as u64);
-                }
-                Ok(())
-            }
-            Frames::Clip { choice, fps, range } => {
-                let model = names::path(&job.input);
-                let played = scene::play(&job.input, choice, &read, exec, &mut progress, |clip| {
-                    let times = self.times(clip.animation(), *fps, *range, &model)?;
-                    let posed = times.first().map(|time| clip.at(*time).map_err(|e| caches::scene_failure(&e)));
-                    posed.transpose().map(|_| ())
-                });
-                played.map_err(|e| caches::scene_failure(&e))?
-            }
-        }
     }
 
     fn made(

@@ -1,7 +1,9 @@
 //! `bvhc check`: the verdict on a file, with every finding.
 
+mod frames;
+
 use crate::cache::check::{Finding, Level, Limits, Report, Source, check_bytes};
-use crate::cache::{FileBytes, Head, SectionKind, rules, tree_flags};
+use crate::cache::{FileBytes, Head, SectionKind, View, rules, tree_flags};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
@@ -23,7 +25,7 @@ use std::path::{Path, PathBuf};
 /// Collects every finding, each with a number that `bvhc explain` explains. Exit code 0: valid; 1: not.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  bvhc check rock.bvhc\n  bvhc check rock.bvhc --source rock.glb\n  bvhc check *.bvhc --level hash --json"
+    after_help = "Examples:\n  bvhc check rock.bvhc\n  bvhc check rock.bvhc --source rock.glb\n  bvhc check heli.bvhc --source 'heli.%04d.obj'\n  bvhc check *.bvhc --level hash --json"
 )]
 pub struct CheckArgs {
     /// Cache files, folders of them, or quoted patterns such as 'caches/**/*.bvhc'
@@ -32,7 +34,7 @@ pub struct CheckArgs {
     /// How deep to look; each level includes those before it [default: tree, or source with --source]
     #[arg(long, value_enum)]
     level: Option<LevelName>,
-    /// The model that the file should hold
+    /// The model that the file should hold; of a sequence the glTF model with its clip, or a quoted pattern such as 'heli.%04d.obj'
     #[arg(long, value_name = "MODEL")]
     source: Option<PathBuf>,
     #[command(flatten)]
@@ -128,20 +130,19 @@ fn level(args: &CheckArgs) -> Result<Level, Failure> {
 
 fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Result<Report, Failure> {
     let bytes = FileBytes::open(path, &caches::options(context)).map_err(|e| caches::failure(&e))?;
+    let bytes = bytes.as_slice();
     let limits = Limits { max_issues: args.max_issues, max_memory: context.global.max_memory };
-    if level == Level::Source && caches::is_sequence(path, context) {
-        return Err(Failure::new(Exit::Usage, format!("cannot compare {} with a model", names::path(path)))
-            .fact("it is a sequence, and a model is one moment of it")
-            .help(format!("compare a frame: bvhc convert {} -o STILL --frame N", names::path(path))));
-    }
     let Some(model) = args.source.as_ref().filter(|_| level == Level::Source) else {
-        return Ok(check_bytes(bytes.as_slice(), level, None, &limits, &context.exec));
+        return Ok(check_bytes(bytes, level, None, &limits, &context.exec));
     };
 
     // What is no cache file needs no model to be told so.
     let Ok(head) = Head::read(path, &caches::options(context)) else {
-        return Ok(check_bytes(bytes.as_slice(), level, None, &limits, &context.exec));
+        return Ok(check_bytes(bytes, level, None, &limits, &context.exec));
     };
+    if head.header.has(tree_flags::SEQUENCE) {
+        return frames::check(path, bytes, model, args, &limits, context);
+    }
     let two_levels = head.header.has(tree_flags::TWO_LEVEL);
     let has_vertices = head.sections.iter().any(|section| section.kind == SectionKind::VERT);
     let stated = Stated { meta: head.meta.as_ref(), two_levels, has_vertices };
@@ -156,9 +157,10 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
             inputs: &inputs,
             report: Some(&left_out),
         };
-        let report = check_bytes(bytes.as_slice(), level, Some(&source), &limits, &context.exec);
+        let report = check_bytes(bytes, level, Some(&source), &limits, &context.exec);
         if report.is_valid() {
-            warn_of_rounding(path, &in_f64, context)?;
+            let cache = caches::open(path, context)?;
+            warn_of_rounding(path, &cache.view(), &in_f64, context);
             return Ok(report);
         }
         first.get_or_insert(report);
@@ -167,18 +169,18 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
 }
 
 /// A file is held against its model as rounding to f32 makes it. Where that bends the model, `verify`, which knows it in f64, calls the file wrong.
-fn warn_of_rounding(path: &Path, model: &Scene, context: &Context) -> Result<(), Failure> {
-    let cache = caches::open(path, context)?;
-    let placed = placed(&cache.view(), model, &context.exec);
+/// Whether it does.
+fn warn_of_rounding(path: &Path, view: &View<'_>, model: &Scene, context: &Context) -> bool {
+    let placed = placed(view, model, &context.exec);
     if placed.is_right() {
-        return Ok(());
+        return false;
     }
     context.terminal.warn(&format!(
         "{} holds the model as rounding to f32 has bent it, by up to {:.3e}: bvhc verify --source calls its hits wrong",
         names::path(path),
         placed.loss.farthest.max(placed.read.farthest)
     ));
-    Ok(())
+    true
 }
 
 fn judge(path: &Path, report: Report, args: &CheckArgs) -> (Verdict, Exit) {

@@ -1,37 +1,55 @@
 //! The figures of a file by name, how they changed between two files, and conditions on that.
 
+mod sequences;
+
 use super::file::FileReport;
+use super::frames::SequenceReport;
 use super::rays::RayReport;
 use serde::Serialize;
 
 /// A figure that two files can be compared by.
-#[derive(Clone, Copy, Debug)]
-pub struct Metric {
+#[derive(Debug)]
+pub struct Metric<R: 'static> {
     /// What conditions call it.
     pub name: &'static str,
     /// Its formula and unit, in words.
     pub about: &'static str,
-    value: fn(&FileReport) -> Option<f64>,
+    value: fn(&R) -> Option<f64>,
 }
 
-impl Metric {
+impl<R> Metric<R> {
     /// What it is in a file; nothing where it was not measured.
-    pub fn of(&self, report: &FileReport) -> Option<f64> {
+    pub fn of(&self, report: &R) -> Option<f64> {
         (self.value)(report)
     }
+}
 
-    /// The one of this name, in whatever case.
-    pub fn named(name: &str) -> Option<&'static Metric> {
-        METRICS.iter().find(|metric| metric.name.eq_ignore_ascii_case(name))
+/// What is known of a file by figures that have names.
+pub trait Measured: Sized + 'static {
+    /// All of them, in the order of the table.
+    fn metrics() -> &'static [Metric<Self>];
+}
+
+impl Measured for FileReport {
+    fn metrics() -> &'static [Metric<FileReport>] {
+        &METRICS
     }
+}
+
+/// The names of all figures, of still files and then those that only sequences have.
+pub fn metric_names() -> Vec<&'static str> {
+    let mut names: Vec<&str> = METRICS.iter().map(|metric| metric.name).collect();
+    let others = SequenceReport::metrics().iter().map(|metric| metric.name);
+    names.extend(others.filter(|name| METRICS.iter().all(|metric| metric.name != *name)));
+    names
 }
 
 fn of_rays(report: &FileReport, of: impl Fn(&RayReport) -> f64) -> Option<f64> {
     report.rays.as_ref().map(of)
 }
 
-/// All of them, in the order of the table.
-pub const METRICS: [Metric; 18] = [
+/// Those of still files.
+static METRICS: [Metric<FileReport>; 18] = [
     Metric { name: "triangles", about: "distinct triangles", value: |r| Some(r.blas.triangles as f64) },
     Metric { name: "references", about: "triangles in leaves", value: |r| Some(r.blas.references as f64) },
     Metric { name: "duplication", about: "references / triangles - 1", value: |r| Some(r.blas.duplication) },
@@ -93,11 +111,11 @@ pub struct Change {
 
 impl Change {
     /// Of all metrics that were measured in both files.
-    pub fn all(before: &FileReport, after: &FileReport) -> Vec<Change> {
-        METRICS.iter().filter_map(|metric| Change::of(metric, before, after)).collect()
+    pub fn all<R: Measured>(before: &R, after: &R) -> Vec<Change> {
+        R::metrics().iter().filter_map(|metric| Change::of(metric, before, after)).collect()
     }
 
-    fn of(metric: &Metric, before: &FileReport, after: &FileReport) -> Option<Change> {
+    fn of<R>(metric: &Metric<R>, before: &R, after: &R) -> Option<Change> {
         let (before, after) = (metric.of(before)?, metric.of(after)?);
         let change = after - before;
         let relative = if before != 0.0 { Some(change / before) } else { (change == 0.0).then_some(0.0) };
@@ -160,7 +178,8 @@ impl Condition {
         let orders = [(">=", Order::AtLeast), ("<=", Order::AtMost), (">", Order::Greater), ("<", Order::Less)];
         let found = orders.into_iter().find_map(|(sign, order)| Some((order, rest.strip_prefix(sign)?.trim())));
         let (order, number) = found.ok_or(NoCondition::Form)?;
-        let metric = Metric::named(name).ok_or(NoCondition::Metric)?.name;
+        let named = metric_names().into_iter().find(|metric| metric.eq_ignore_ascii_case(name));
+        let metric = named.ok_or(NoCondition::Metric)?;
         let is_signed = number.starts_with(['+', '-']);
         let (digits, side) = match number.strip_suffix('%') {
             Some(_) if !is_signed => return Err(NoCondition::Sign),
@@ -247,7 +266,8 @@ mod tests {
     #[test]
     fn what_was_not_measured_is_not_judged() {
         assert_eq!(Condition::parse("epo > 3").unwrap().judge(&change("sah", 1.0, 2.0)), None);
-        let names: std::collections::BTreeSet<_> = METRICS.iter().map(|m| m.name).collect();
-        assert_eq!(names.len(), METRICS.len());
+        let names: std::collections::BTreeSet<_> = metric_names().into_iter().collect();
+        assert_eq!(names.len(), metric_names().len());
+        assert!(names.len() > METRICS.len() && SequenceReport::metrics().iter().all(|m| names.contains(m.name)));
     }
 }
