@@ -16,6 +16,7 @@ use crate::trace::probe::{Camera, ProbeRays};
 use crate::trace::rays::Sampler;
 use crate::tree::{Tree, refit_on};
 use serde::Serialize;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// A mesh that moves, and what it is there for.
 #[derive(Clone, Copy, Debug)]
@@ -285,7 +286,7 @@ fn shuffle(mesh: &mut Mesh, frame: usize) {
     let count = mesh.positions.len();
     // A prime that does not divide the count makes every number once.
     let step = [1, 7, 11, 13, 17, 19][frame % 6];
-    if count % step == 0 && step > 1 {
+    if count.is_multiple_of(step) && step > 1 {
         return;
     }
     let number = |corner: usize| (corner * step + frame) % count;
@@ -361,7 +362,7 @@ fn turning(count: usize, frame: usize) -> Soup {
     (0..frame).for_each(|_| start = turn(start, (0.965_925_826, 0.258_819_045)));
     for blade in 0..blades {
         let mut way = start;
-        (0..blade % 8).for_each(|_| way = turn(way, (0.707_106_781, 0.707_106_781)));
+        (0..blade % 8).for_each(|_| way = turn(way, (FRAC_1_SQRT_2, FRAC_1_SQRT_2)));
         let (y, reach) = (1.5 + 0.01 * (blade / 8) as f64, 9.0);
         bar(&mut soup, [0.3 * way.0, y, 0.3 * way.1], [reach * way.0, y, reach * way.1], 0.08);
     }

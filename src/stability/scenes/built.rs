@@ -41,7 +41,7 @@ pub fn arcade(count: usize) -> Soup {
         for (side, z) in [-5.0, 5.0].into_iter().enumerate() {
             sheet(&mut soup, folds, 1, |u, v| {
                 let fold = (u * folds as f64).round() as usize + side;
-                [left + 4.0 * u, 7.0 * v, z + if fold % 2 == 0 { 0.15 } else { -0.15 }]
+                [left + 4.0 * u, 7.0 * v, z + if fold.is_multiple_of(2) { 0.15 } else { -0.15 }]
             });
         }
     }
