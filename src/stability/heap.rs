@@ -58,9 +58,8 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// The result of `work`, and the most bytes that the program held at once meanwhile, beyond what it held before; 0 where [`Counting`] is not its allocator.
-/// All threads
-/// count, so two that ask at once are told of each other.
+/// The result of `work`, and the most bytes that the program held at once meanwhile, beyond what it held before; 0 where [`Counting`] is not its allocator. All
+/// threads count, so two that ask at once are told of each other.
 pub fn peak_of<T>(work: impl FnOnce() -> T) -> (T, usize) {
     ON.store(true, Relaxed);
     let before = HELD.load(Relaxed);

@@ -6,8 +6,7 @@
 //! ```
 //!
 //! On all scenes by all recipes hits are right, and depth, leaves, references, time and memory stay within bounds. What a ray costs differs: where a method
-//! does badly, the
-//! [reason](report::Grown::poor) is told, and `auto` is held to avoid it.
+//! does badly, the [reason](report::Grown::poor) is told, and `auto` is held to avoid it.
 //!
 //! ```
 //! use bvhc::exec::Executor;

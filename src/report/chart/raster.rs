@@ -1,6 +1,5 @@
 //! Charts in pixels: the pen's shapes on a [`Canvas`], drawn four times too large and made half as large, so that lines are smooth. Letters are the canvas's
-//! own, since no font
-//! need be installed.
+//! own, since no font need be installed.
 
 use crate::report::picture::{Canvas, letters, text_height, text_width};
 use plotters_backend::text_anchor::{HPos, VPos};

@@ -1,6 +1,5 @@
 //! The forms that the same trees can have: how wide nodes are and in how many bits their boxes stand, against bytes and rays a second. No form loses a hit,
-//! which is counted
-//! here and not supposed.
+//! which is counted here and not supposed.
 
 use super::times::Times;
 use crate::cache::Image;

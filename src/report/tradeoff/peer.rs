@@ -1,9 +1,8 @@
 //! Builders of other people beside ours: each a program behind a pipe, so that what it links excludes nothing here, and nothing of it runs beside our builds.
 //!
 //! A worker is told the triangles once: their number and nine floats each. A byte asks for a build by one of its settings. The answer is the build's own
-//! milliseconds (f64), the
-//! number of nodes and the nodes as 32-byte records `min, first, max, count`, siblings in pairs, and the number of triangles in leaves and their indices.
-//! Everything is in the machine's byte order.
+//! milliseconds (f64), the number of nodes and the nodes as 32-byte records `min, first, max, count`, siblings in pairs, and the number of triangles in leaves
+//! and their indices. Everything is in the machine's byte order.
 
 use crate::scene::Mesh;
 use crate::tree::{Node, Tree};

@@ -11,8 +11,7 @@ pub struct Predictor {
 }
 
 /// The weight of the EPO in the mix with the SAH, as fitted over several scenes by T. Aila, T. Karras and S. Laine, "On Quality Metrics of Bounding Volume
-/// Hierarchies",
-/// 2013.
+/// Hierarchies", 2013.
 pub const EPO_WEIGHT: f64 = 0.71;
 
 /// All of them, in the order of tables.
