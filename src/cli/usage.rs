@@ -45,10 +45,16 @@ const CONFLICTS: [Conflict; 27] = [
     row("--csv", &["--json"], "both are forms of what is printed", "leave out --csv"),
     row("--frames", &["--epo", "--depths"], "the frames of a sequence are told by a row each", OTHER),
     row("--compare", &["--csv"], "what changed is told as text or as --json", OTHER),
-    row("--compare", &["--frames", "--depths"], "what changed is told of still files, a figure a row", OTHER),
+    row("--compare", &["--frames", "--depths"], "what changed is told a figure a row, of a sequence over all its frames", OTHER),
     row("--field", &["--sections", "--json"], "--field prints one value and nothing else", OTHER),
     row("--list", &["ID"], "--list shows every rule", "leave out --list"),
     // chart, convert
+    row(
+        "--stability",
+        &["MODEL", "--recipe", "--peer"],
+        "the scenes that builders fail on are built by a list of recipes",
+        OTHER,
+    ),
     row("--markdown", &["--json"], "both are forms of what is printed", "leave out --markdown"),
     row("--drop-meta", &["--frame"], "a frame is taken out with META of its own", "leave out --drop-meta"),
     row("--strip-unknown", &["--frame"], "a frame is taken out with known sections alone", "leave out --strip-unknown"),

@@ -34,13 +34,18 @@ pub const AUTO_MARGIN: f64 = 1.25;
 pub const POOR: f64 = 1.5;
 /// A build may take so many times as long for each triangle of the larger size, and hold so many times as much.
 pub const GROWTH: [f64; 2] = [3.0, 1.6];
-/// What asks rays may take so many times as long: up to 8,192 triangles more triangles have more rays, and where boxes overlap like fog each visits a part of
-/// them all.
+/// What asks rays may take so many times as long for each triangle of the larger size, or as many times as there are triangles: up to 8,192 triangles more
+/// triangles have more rays, and where boxes overlap like fog each of them visits a part of them all.
 pub const GROWTH_OF_RAYS: f64 = 5.0;
 
-/// How many times as long a recipe may take for each triangle of the larger size.
-pub fn time_growth(recipe: &str) -> f64 {
-    if [AUTO, "best", "adapt"].contains(&recipe) { GROWTH_OF_RAYS } else { GROWTH[0] }
+/// Whether a recipe traces rays to build.
+pub fn asks_rays(recipe: &str) -> bool {
+    [AUTO, "best", "adapt"].contains(&recipe)
+}
+
+/// How many times as long a recipe may take for each triangle where there are `triangles` times as many.
+pub fn time_growth(recipe: &str, triangles: f64) -> f64 {
+    if asks_rays(recipe) { GROWTH_OF_RAYS.max(triangles) } else { GROWTH[0] }
 }
 
 const GATES: &[(&str, &[Gate])] = &[

@@ -31,7 +31,7 @@ pub mod report;
 pub mod scenes;
 
 pub use effort::Effort;
-pub use gates::{AUTO_MARGIN, GROWTH, GROWTH_OF_RAYS, Gate, Kept, POOR, gates, time_growth};
+pub use gates::{AUTO_MARGIN, GROWTH, GROWTH_OF_RAYS, Gate, Kept, POOR, asks_rays, gates, time_growth};
 pub use judge::{Judge, JudgeError, Row};
 pub use motion::{MOTIONS, MotionReport, SplitReport, splits};
 pub use recipes::{AUTO, Kind, Recipe, recipes};

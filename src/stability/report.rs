@@ -113,7 +113,7 @@ impl SceneReport {
                 [&row.small, &row.large].into_iter().filter_map(|row| Some(format!("{name}: {}", row.broken()?)));
             broken.extend(both);
             for (what, growth, most) in
-                [("time", row.time_growth, time_growth(name)), ("memory", row.memory_growth, GROWTH[1])]
+                [("time", row.time_growth, time_growth(name, grown)), ("memory", row.memory_growth, GROWTH[1])]
             {
                 // A scene of few triangles in any size has nothing to grow by.
                 if grown >= LEAST_GROWN && growth > most * grown {

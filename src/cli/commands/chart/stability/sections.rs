@@ -93,7 +93,8 @@ fn summary(judged: &Judged) -> Section {
     let worst = judged.scenes.iter().filter_map(|s| Some((s.auto()?.over, s.name))).max_by(|a, b| a.0.total_cmp(&b.0));
     let mut notes = vec![format!(
         "{kept} of {} scenes keep all promises. Of the recipes each column has the most in the larger size: depth and leaf of a tree, references a triangle, and how many times \
-         as long a build takes and as many bytes it holds there as in the smaller size, which may be {} and {} times what the triangles are, and {GROWTH_OF_RAYS} times for what asks rays: auto, best, adapt.",
+         as long a build takes and as many bytes it holds there as in the smaller size, which may be {} and {} times what the triangles are. What asks rays (auto, best, adapt) may take {GROWTH_OF_RAYS} times as long, or \
+         as many times as there are triangles.",
         judged.scenes.len(),
         GROWTH[0],
         GROWTH[1],
