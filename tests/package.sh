@@ -35,7 +35,7 @@ cargo build --quiet --profile $profile
 program=target/$profile/bvhc share=target/package/share
 printf '%9d bytes, the program of the profile %s\n' "$(wc -c <$program)" $profile
 mkdir -p $share/completions
-$program man --out $share/man1 -q
+$program man --out $share/man1 >/dev/null
 $program completions bash >$share/completions/bvhc
 $program completions zsh >$share/completions/_bvhc
 $program completions fish >$share/completions/bvhc.fish

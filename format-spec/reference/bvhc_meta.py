@@ -68,6 +68,8 @@ def info(file):
         }
 
     h, m = file.header, file.meta
+    # All records of TNOD but the unused one of each tree.
+    top_nodes = sum(max(e["elem_count"] - 1, 0) for e in file.table if e["type"] == b"TNOD")
     return {
         "file_len": h["file_len"],
         "format": {f: h[f] for f in ("major", "minor", "min_minor")},
@@ -75,7 +77,8 @@ def info(file):
         "tree_flags": flag_set(h["tree_flags"], TREE_FLAGS),
         "builder": {"id": h["builder_id"], "name": m and m.method},
         **{f: h[f].hex() for f in ("file_id", "content_id", "build_key")},
-        **{f: h[f] for f in ("prim_count", "ref_count", "node_count", "blas_count", "instance_count", "frame_count", "max_depth")},
+        "triangles": h["prim_count"], "references": h["ref_count"], "nodes": h["node_count"] - top_nodes, "top_nodes": top_nodes,
+        "trees": h["blas_count"], "instances": h["instance_count"], "frames": h["frame_count"], "max_depth": h["max_depth"],
         "scene_bounds": {"min": floats(h["scene_min"]), "max": floats(h["scene_max"])},
         "sections": [section(e) for e in file.table],
         "meta": m and {

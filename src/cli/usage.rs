@@ -45,7 +45,12 @@ const CONFLICTS: [Conflict; 27] = [
     row("--csv", &["--json"], "both are forms of what is printed", "leave out --csv"),
     row("--frames", &["--epo", "--depths"], "the frames of a sequence are told by a row each", OTHER),
     row("--compare", &["--csv"], "what changed is told as text or as --json", OTHER),
-    row("--compare", &["--frames", "--depths"], "what changed is told a figure a row, of a sequence over all its frames", OTHER),
+    row(
+        "--compare",
+        &["--frames", "--depths"],
+        "what changed is told a figure a row, of a sequence over all its frames",
+        OTHER,
+    ),
     row("--field", &["--sections", "--json"], "--field prints one value and nothing else", OTHER),
     row("--list", &["ID"], "--list shows every rule", "leave out --list"),
     // chart, convert
