@@ -16,7 +16,7 @@ struct Conflict {
 const OTHER: &str = "leave out {other}";
 const TAKE_OUT: &str = "take a frame out as a still file: bvhc convert FILE -o STILL --frame N";
 
-const CONFLICTS: [Conflict; 27] = [
+const CONFLICTS: [Conflict; 28] = [
     row("--quiet", &["--verbose"], "one asks for fewer words and the other for more", "leave out --quiet"),
     // build
     row("--fps", &["--time"], "a clip is played as many frames, or posed at one time", "leave out --time"),
