@@ -5,7 +5,7 @@
 # Seen: the compiler puts work items into the lanes of a vector, also where a kernel is one loop that follows indices and ends at once for most items and late for a few.
 # All lanes wait for the longest. Where one item in sixteen takes a hundred times as many steps, the kernel takes more than twice the time that it takes with the attribute
 # intel_vec_len_hint(1), which turns that off. The answers are the same.
-# Hurts: traversal of trees, where each ray has a way of its own: four times slower on usual rays, ten times on rays from far away.
+# Hurts: traversal of trees, where each ray has a way of its own, and above all rays that see much of a scene from far away.
 # bvhc: gives its traversal kernel that attribute where the driver's compiler defines cl_intel_vec_len_hint (src/verify/opencl/kernels/traverse.cl).
 set -euo pipefail
 

@@ -30,8 +30,8 @@ use crate::exec::Executor;
 use crate::scene::Mesh;
 use crate::tree::Tree;
 
-/// Below so many triangles a tree is built quicker than anything is measured.
-const LEAST_TRIANGLES: usize = 512;
+/// Below so many triangles a tree is built quicker than anything is measured: no search tries several.
+pub const LEAST_TRIANGLES: usize = 512;
 
 /// The tree that the search of `options.method` ends with, and how it came to it. At most one tree beside the one that is worked
 /// on is kept.

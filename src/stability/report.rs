@@ -1,11 +1,12 @@
 //! Every recipe on a scene, in two sizes, and what that comes to.
 
 use super::effort::Effort;
-use super::gates::{AUTO_MARGIN, GROWTH, Kept, POOR, gates, ratio, reason, time_growth};
+use super::gates::{AUTO_MARGIN, GROWTH, Kept, POOR, asks_rays, gates, ratio, reason, time_growth};
 use super::judge::{Judge, JudgeError, Row};
 use super::recipes::{AUTO, recipes};
 use super::scenes::Failure;
 use crate::exec::Executor;
+use crate::search::LEAST_TRIANGLES;
 use serde::Serialize;
 
 /// So many times the triangles in the larger size tell how time and memory grow.
@@ -109,6 +110,8 @@ impl SceneReport {
         let grown = ratio(large as f64, small as f64);
         for row in &self.recipes {
             let name = row.large.recipe;
+            // In fewer triangles nothing is searched: there the two sizes are two methods.
+            let is_one_method = !asks_rays(name) || row.small.triangles >= LEAST_TRIANGLES as u64;
             let both =
                 [&row.small, &row.large].into_iter().filter_map(|row| Some(format!("{name}: {}", row.broken()?)));
             broken.extend(both);
@@ -116,7 +119,7 @@ impl SceneReport {
                 [("time", row.time_growth, time_growth(name, grown)), ("memory", row.memory_growth, GROWTH[1])]
             {
                 // A scene of few triangles in any size has nothing to grow by.
-                if grown >= LEAST_GROWN && growth > most * grown {
+                if grown >= LEAST_GROWN && is_one_method && growth > most * grown {
                     broken.push(format!("{name}: {growth:.1} times the {what} for {grown:.1} times the triangles"));
                 }
             }

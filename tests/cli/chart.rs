@@ -336,6 +336,11 @@ fn scenes_that_builders_fail_on_are_judged() {
     assert!(json["refused"][0]["refusal"].is_string() && json["splits"].is_object());
     assert!(text(&place, "page.html").contains("F36 cloud") && text(&place, "page.csv").contains("cloud,F36,auto,"));
 
+    let unjudged = place.run("chart --stability=F36,gait,F29 --sizes 100,300 --rays 64 --budget 0s --json");
+    assert_eq!(unjudged.code, 6, "what was not judged is not kept: {}", unjudged.err);
+    assert_eq!(unjudged.json()["left_out"], serde_json::json!(["cloud", "gait", "F29"]));
+    let growing = place.ok("chart --stability=F20 --sizes 300,900 --rays 1k --json").json();
+    assert_eq!(growing["exit_code"], 0, "the search begins between these sizes");
     let unknown = place.run("chart --stability=nowhere");
     assert!(unknown.code == 2 && unknown.err.contains("hall"), "{}", unknown.err);
     assert_eq!(place.run("chart roof.obj --stability").code, 2);

@@ -141,8 +141,8 @@ impl<'a> Contest<'a> {
                 });
                 match built {
                     Ok((milliseconds, image)) => {
-                        self.judge_image(recipe, 1e-3 * milliseconds, Vec::new(), &image);
-                        self.measured.last_mut().expect("it was judged").peer = Some((self.peers.len(), number));
+                        let peer = Some((self.peers.len(), number));
+                        self.judge_image(recipe, peer, 1e-3 * milliseconds, Vec::new(), &image);
                     }
                     Err(why) => self.fail(recipe, why),
                 }
@@ -235,14 +235,22 @@ impl<'a> Contest<'a> {
     fn judge(&mut self, recipe: Recipe, seconds: f64, mut accel: Accel) -> Result<(), CacheError> {
         let notes = std::mem::take(&mut accel.notes);
         let image = Image::of_compiled(accel, self.exec)?;
-        self.judge_image(recipe.clone(), seconds, notes, &image);
+        self.judge_image(recipe.clone(), None, seconds, notes, &image);
         if self.kept.is_none() || recipe.builds_as(&BuildOptions::default()) {
             self.kept = Some((recipe.name, image));
         }
         Ok(())
     }
 
-    fn judge_image(&mut self, recipe: Recipe, seconds: f64, notes: Vec<String>, image: &Image) {
+    /// `peer` is the place of a worker and its setting, where it built the trees.
+    fn judge_image(
+        &mut self,
+        recipe: Recipe,
+        peer: Option<(usize, u8)>,
+        seconds: f64,
+        notes: Vec<String>,
+        image: &Image,
+    ) {
         let view = image.view();
         let file = FileReport::of_view(String::new(), 0, &view);
         let row = Row {
@@ -261,7 +269,7 @@ impl<'a> Contest<'a> {
             trace_seconds: traced(&view, self.effort.rays),
             notes,
         };
-        self.measured.push(Measured { recipe, peer: None, rounds: vec![seconds], row });
+        self.measured.push(Measured { recipe, peer, rounds: vec![seconds], row });
     }
 
     fn fail(&mut self, recipe: Recipe, why: String) {

@@ -41,8 +41,12 @@ fn self_test(context: &Context) -> Result<Duration, DeviceError> {
     let (mut wrong, mut first, mut asked, mut took) = (0, None, 0, Duration::ZERO);
     for seed in 0..SCENES {
         let GridScene { scene, rays } = GridScene::new(seed, RAYS);
-        let built = compile(scene, &BuildOptions::default(), &exec, &NoProgress);
-        let Some(image) = built.ok().and_then(|built| Image::new(&built, &exec).ok()) else { continue };
+        let unasked = |why: String| DeviceError::Unusable {
+            device: context.info.summary(),
+            reason: format!("a scene of its self-test has no tree: {why}"),
+        };
+        let built = compile(scene, &BuildOptions::default(), &exec, &NoProgress).map_err(|e| unasked(e.to_string()))?;
+        let image = Image::new(&built, &exec).map_err(|e| unasked(e.to_string()))?;
         let mut device = OpenCl::new(context, image.view())?;
         for query in [Query::Closest, Query::Any] {
             let expected = Cpu::new(image.view(), &exec).trace(&rays, query)?;

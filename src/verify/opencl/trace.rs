@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 /// One file on one OpenCL device.
 ///
-/// Rays go in batches: so small at first that even a slow device answers soon, and twice as large as long as a launch
-/// stays under [`OpenCl::LAUNCH`], because drivers of displays kill what runs for seconds.
+/// Rays go in batches: so small at first that even a slow device answers soon, and then as many as take about [`OpenCl::LAUNCH`], because drivers of displays kill
+/// what runs for seconds. Each call of [`Device::trace`] begins anew, since the rays of one set may cost a thousand times what those of another do.
 pub struct OpenCl<'a> {
     name: String,
     pub(super) view: View<'a>,
@@ -22,8 +22,6 @@ pub struct OpenCl<'a> {
     pub(super) group_size: usize,
     pub(super) rays: Buffer<'static>,
     pub(super) hits: Buffer<'static>,
-    /// Rays in the next launch.
-    batch: usize,
     /// Rays that fit the buffers.
     pub(super) room: usize,
     pub(super) program: Arc<Program>,
@@ -35,7 +33,7 @@ impl<'a> OpenCl<'a> {
     pub const LAUNCH: Duration = Duration::from_millis(100);
     /// A device whose self-test takes longer is slow.
     const SLOW: Duration = Duration::from_secs(1);
-    const FIRST_BATCH: usize = 1 << 12;
+    const FIRST_BATCH: usize = 1 << 8;
     const LARGEST_BATCH: usize = 1 << 20;
 
     /// Bring a file to a device.
@@ -65,7 +63,6 @@ impl<'a> OpenCl<'a> {
             scene,
             traverse,
             group_size,
-            batch: Self::FIRST_BATCH.min(room),
             room,
             program,
             context,
@@ -125,9 +122,9 @@ impl Device for OpenCl<'_> {
 
     fn trace(&mut self, rays: &[Ray], query: Query) -> Result<Vec<HitRecord>, DeviceError> {
         let mut out = vec![HitRecord::MISS; rays.len()];
-        let mut done = 0;
+        let (mut done, mut next) = (0, Self::FIRST_BATCH.min(self.room));
         while done < rays.len() {
-            let end = (done + self.batch).min(rays.len());
+            let end = (done + next).min(rays.len());
             let batch: Vec<RayRecord> = rays[done..end].iter().map(RayRecord::from).collect();
             let began = Instant::now();
             self.launch(&batch, &mut out[done..end], query)
@@ -135,22 +132,19 @@ impl Device for OpenCl<'_> {
             if let Some(malformed) = out[done..end].iter().find_map(malformed) {
                 return Err(DeviceError::Malformed { device: self.description(), malformed });
             }
-            self.batch = next_size(self.batch, began.elapsed(), self.room);
+            next = next_size(end - done, began.elapsed(), self.room);
             done = end;
         }
         Ok(out)
     }
 }
 
-/// How much to do in the next launch, after `size` took `time`.
+/// How much to do in the next launch, after `size` took `time`: what would take [`OpenCl::LAUNCH`] at that pace, and at most eight times as much, since a launch that
+/// is over at once says little about pace.
 pub(super) fn next_size(size: usize, time: Duration, most: usize) -> usize {
-    if time > 2 * OpenCl::LAUNCH {
-        (size / 2).max(64)
-    } else if time < OpenCl::LAUNCH / 2 {
-        (size * 2).min(most)
-    } else {
-        size
-    }
+    let fits = OpenCl::LAUNCH.as_secs_f64() / time.as_secs_f64().max(1e-9);
+    let next = (size as f64 * fits.min(8.0)) as usize;
+    next.max(64).min(most)
 }
 
 #[cfg(test)]
@@ -161,8 +155,10 @@ mod tests {
     fn launches_grow_while_they_are_short_and_shrink_when_they_are_long() {
         let ms = Duration::from_millis;
         assert_eq!(next_size(1000, ms(1), 1500), 1500);
+        assert_eq!(next_size(1000, ms(0), 1 << 20), 8000);
         assert_eq!(next_size(1000, ms(100), 1500), 1000);
-        assert_eq!(next_size(1000, ms(500), 1500), 500);
+        assert_eq!(next_size(1000, ms(500), 1500), 200);
+        assert_eq!(next_size(1 << 20, ms(60_000), 1 << 20), 1747, "one long launch is enough");
         assert_eq!(next_size(64, ms(5000), 1500), 64);
     }
 }

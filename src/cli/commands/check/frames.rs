@@ -46,7 +46,9 @@ pub fn check(
         let (image, meta) = still::of_frame(&sequence, &frame);
         let stated = Stated { meta: Some(&meta), two_levels: true, has_vertices: !image.vertices.is_empty() };
         let model = models.of(number);
-        let Some((read, build)) = args.reading.ways(path, stated, context)?.into_iter().next() else { continue };
+        // META says one way.
+        let way = args.reading.ways(path, stated, context)?.into_iter().next();
+        let (read, build) = way.ok_or_else(|| Failure::new(Exit::Internal, "no way to read the model was tried"))?;
         let read = ReadOptions { faces: true, ..read };
         let scene = match std::mem::take(&mut is_first) {
             true => source::read(&model, &read, &build, context)?,

@@ -35,6 +35,8 @@ pub fn watch(limit: Duration, junit: Option<PathBuf>, context: &Context) {
                 std::thread::sleep(CLEANING);
                 std::process::abort();
             });
+            // At the end of the process drivers take themselves apart, and a call that then comes back fails: nobody is to hear of that.
+            let _silence = (std::io::stdout().lock(), std::io::stderr().lock());
             std::process::exit(i32::from(failure.exit.code()));
         }
     });

@@ -66,10 +66,12 @@ pub fn run(asked: &[String], args: &ChartArgs, context: &Context) -> Result<Exit
         context.terminal.warn(&format!("{why} {}", judged.left_out.join(", ")));
     }
     let broken = judged.broken();
-    let exit = match (super::is_interrupted(), broken.is_empty()) {
-        (true, _) => Exit::Interrupted,
-        (false, true) => Exit::Success,
-        (false, false) => Exit::Negative,
+    // What was not judged is not kept.
+    let exit = match (super::is_interrupted(), broken.is_empty(), judged.left_out.is_empty()) {
+        (true, ..) => Exit::Interrupted,
+        (false, false, _) => Exit::Negative,
+        (false, true, false) => Exit::Limit,
+        (false, true, true) => Exit::Success,
     };
     let sections = sections::of(&judged, args);
     let made = Made {
@@ -147,7 +149,9 @@ fn judge(asked: &Asked, deadline: Instant, args: &ChartArgs, context: &Context) 
         let report = motion.judged(effort.sizes[0], rays, &context.exec).map_err(|e| internal(motion.name, &e))?;
         judged.motions.push(report);
     }
-    if asked.splits && goes_on() {
+    if asked.splits && !goes_on() {
+        judged.left_out.push(SPLITS);
+    } else if asked.splits {
         let report = splits(effort.sizes[1], rays, &context.exec).map_err(|e| internal(SPLITS, &e))?;
         judged.splits = Some(report);
     }

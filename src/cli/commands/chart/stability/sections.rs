@@ -6,6 +6,7 @@ use super::Judged;
 use crate::cli::figures;
 use crate::report::chart::page::{Cell, Section};
 use crate::report::chart::{Axis, Chart, Marker, Panel, Point, Series};
+use crate::search::LEAST_TRIANGLES;
 use crate::stability::{AUTO, AUTO_MARGIN, GROWTH, GROWTH_OF_RAYS, Grown, Kind, POOR, SceneReport, recipes};
 
 /// The tables, the longest apart.
@@ -94,7 +95,7 @@ fn summary(judged: &Judged) -> Section {
     let mut notes = vec![format!(
         "{kept} of {} scenes keep all promises. Of the recipes each column has the most in the larger size: depth and leaf of a tree, references a triangle, and how many times \
          as long a build takes and as many bytes it holds there as in the smaller size, which may be {} and {} times what the triangles are. What asks rays (auto, best, adapt) may take {GROWTH_OF_RAYS} times as long, or \
-         as many times as there are triangles.",
+         as many times as there are triangles; below {LEAST_TRIANGLES} triangles it asks none, and that is not held.",
         judged.scenes.len(),
         GROWTH[0],
         GROWTH[1],
