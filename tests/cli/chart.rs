@@ -339,7 +339,7 @@ fn scenes_that_builders_fail_on_are_judged() {
     let unjudged = place.run("chart --stability=F36,gait,F29 --sizes 100,300 --rays 64 --budget 0s --json");
     assert_eq!(unjudged.code, 6, "what was not judged is not kept: {}", unjudged.err);
     assert_eq!(unjudged.json()["left_out"], serde_json::json!(["cloud", "gait", "F29"]));
-    let growing = place.ok("chart --stability=F20 --sizes 300,900 --rays 1k --json").json();
+    let growing = place.ok("chart --stability=F20 --sizes 300,900 --rays 1024 --json").json();
     assert_eq!(growing["exit_code"], 0, "the search begins between these sizes");
     let unknown = place.run("chart --stability=nowhere");
     assert!(unknown.code == 2 && unknown.err.contains("hall"), "{}", unknown.err);
