@@ -2,11 +2,11 @@
 //!
 //! MODELS is a folder as `BVHC_MODELS` names one; without it the samples stand in.
 //!
-//! 1. J. Molenaar and others, "SBVH, binned BVH and refit" (2018), table 1: what a frame takes in trees of spatial splits, of bins along the longest axis,
-//!    and of bins along
-//!    three, on a scan, a hall and another scan. Here rays of a renderer: camera, one bounce, occlusion.
-//! 2. P. Ganestam and others, "Bonsai" (2015): trees as quick to trace as those of a full sweep, built in less time.
-//! 3. S. Aston, "Object-aligned boxes" (2018): hierarchies beat brute force by orders of magnitude.
+//! 1. M. Molenaar and C. Freda, "Bounding Volume Hierarchies" (2018), table 1: what a frame takes in trees of spatial splits, of bins along the longest axis, and of
+//!    bins along three, on a scan, a hall and another scan. Here rays of a renderer: camera, one bounce, occlusion.
+//! 2. P. Ganestam, R. Barringer, M. Doggett and T. Akenine-Möller, "Bonsai: Rapid Bounding Volume Hierarchy Generation using Mini Trees" (2015): trees as quick to
+//!    trace as those of a full sweep, built in less time.
+//! 3. D. Aston, "Agglomerative Building and Traversal of an Object Aligned Bounding Volume Hierarchy" (2018): hierarchies beat brute force by orders of magnitude.
 //!
 //! Ray cost is a count, 1.2 · inner nodes + triangle tests, the same on every machine. Times are the least of three rounds on one thread that alternate over
 //! what is compared.
