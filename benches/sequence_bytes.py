@@ -52,7 +52,7 @@ class Bench:
         for _, form in FORMS:
             built = self.build(model, "-o", sequence, "--force", *played, *form)[0]["built"]
             sizes.append(built["file_len"])
-            shown = shown or [frame["triangles"] for frame in built["sequence"]["frames"]]
+            shown = shown or [frame["instanced_triangles"] for frame in built["sequence"]["frames"]]
         stills = self.folder / "stills"
         if clip and played:
             self.build(model, "-o", sequence, "--force", *played)

@@ -72,7 +72,7 @@ fn scene_line(model: &Path, report: &Report) -> String {
     format!(
         "| {} | {} | {} / {} | {} | {} | {} | {} | {:.0} % |",
         model.file_stem().unwrap_or_default().to_string_lossy(),
-        report.triangles,
+        report.instanced_triangles,
         report.fair_rays,
         report.hard_rays,
         wrong(TriangleArithmetic::MollerTrumbore, BoxArithmetic::Plain),
@@ -86,7 +86,7 @@ fn scene_line(model: &Path, report: &Report) -> String {
 fn table(report: &Report) -> String {
     let mut text = format!(
         "{} triangles, {} fair and {} hard rays judged\n\n| triangles | boxes | fair: missed · farther · false | hard: missed · farther · false | ulps median · max | Mrays/s | nodes a ray |\n|---|---|--:|--:|--:|--:|--:|\n",
-        report.triangles, report.fair_rays, report.hard_rays
+        report.instanced_triangles, report.fair_rays, report.hard_rays
     );
     for row in &report.rows {
         text.push_str(&table_line(row));

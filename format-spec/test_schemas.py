@@ -75,6 +75,8 @@ def documents(tool, scratch):
     yield from run("build", "odd.obj", "-o", "odd.bvhc", errors=True)
     yield from run("build", "moves.gltf", "-o", "moves.bvhc", "--clip", "Rise", "--time", "1.5")
     yield from run("build", "moves.gltf", "-o", "clip.bvhc", "--clip", "Rise", "--fps", "2")
+    yield from run("build", "odd.obj", "-o", "effort.bvhc", "--record-effort")
+    yield from run("stats", "effort.bvhc")
     yield from run("stats", "clip.bvhc", "--frames")
     yield from run("stats", "clip.bvhc", "--frames", "--against-fresh")
     yield from run("stats", "clip.bvhc", "--frames", "--rays", "0")

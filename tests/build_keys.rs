@@ -40,7 +40,7 @@ fn changes(base: &BuildOptions) -> Vec<(&'static str, BuildOptions)> {
         ("adapt", BuildOptions { adapt: 1 << 20, ..base() }),
         ("collapse", BuildOptions { collapse: true, ..base() }),
         ("levels", BuildOptions { levels: Levels::Two, ..base() }),
-        ("rays-for", BuildOptions { purpose: Purpose::Bake, ..base() }),
+        ("rays-for", BuildOptions { purpose: Purpose::Bake, adapt: 64, ..base() }),
         (
             "all",
             BuildOptions {

@@ -28,6 +28,7 @@ pub fn for_scene(error: &SceneError) -> Option<String> {
             Resemblance::Utf16 => "save it as UTF-8, for example with: iconv -f UTF-16 -t UTF-8 MODEL > MODEL2",
             Resemblance::CacheFile => "name the model that it was built from; bvhc info tells which",
             Resemblance::Json => "it looks like a glTF; name it so: *.gltf",
+            Resemblance::Glb => "it looks like a glTF in its binary form; name it so: *.glb",
             Resemblance::Obj => "it looks like an OBJ; name it so: *.obj",
             Resemblance::Nothing => "export the model once more as OBJ or glTF",
         },

@@ -93,6 +93,9 @@ pub fn each<T>(
                 context.terminal.error(&failure);
                 exits.push(failure.exit);
                 entries.push(Entry::failed(path, None, &failure));
+                if failure.exit == Exit::Interrupted {
+                    return (entries, Exit::Interrupted);
+                }
             }
         }
     }

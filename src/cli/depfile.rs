@@ -35,6 +35,11 @@ pub fn render(target: &Path, inputs: &[PathBuf], phony: bool) -> Result<Vec<u8>,
 /// Say before a build that there is no place for its depfile: else the output would be there and nothing would know what it depends on. `made` is a folder that
 /// the build makes.
 pub fn writable(path: &Path, made: Option<&Path>) -> Result<(), Failure> {
+    if path.as_os_str() == "-" {
+        return Err(Failure::new(Exit::Usage, "cannot write a depfile to standard output")
+            .fact("it is written into a file, which build tools read")
+            .help("name a file with --depfile; one that is called - is ./-"));
+    }
     if made.is_some_and(|made| path.parent() == Some(made)) && !path.is_dir() {
         return Ok(());
     }

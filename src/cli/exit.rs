@@ -69,7 +69,7 @@ impl Exit {
             Exit::Limit => "a limit was exceeded, such as --max-memory",
             Exit::Internal => "a bug in bvhc: please report",
             Exit::Worse => "a condition of stats --compare --fail-if holds",
-            Exit::Mixed => "some inputs succeeded and some failed (all failed alike: that code)",
+            Exit::Mixed => "inputs ended differently, each told by itself (all alike: that code)",
             Exit::TryAgain => "an input changed while it was being built; nothing was written, try again",
             Exit::Interrupted => "interrupted (SIGINT, SIGTERM); no partial output is left",
         }

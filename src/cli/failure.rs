@@ -27,7 +27,8 @@ pub struct Failure {
 pub struct ErrorObject {
     exit_code: u8,
     exit_name: &'static str,
-    error: String,
+    /// The failed action.
+    text: String,
     facts: Vec<String>,
     help: Option<String>,
 }
@@ -82,7 +83,7 @@ impl From<&Failure> for ErrorObject {
         ErrorObject {
             exit_code: failure.exit.code(),
             exit_name: failure.exit.name(),
-            error: failure.action.clone(),
+            text: failure.action.clone(),
             facts: failure.facts.clone(),
             help: failure.help.clone(),
         }

@@ -90,6 +90,14 @@ pub fn parse_count(text: &str) -> Result<u64, String> {
     format!("{whole}{fraction}{padding}").parse().map_err(|_| bad())
 }
 
+/// A number of rays up to a million, which a command takes into memory.
+pub fn parse_rays(text: &str) -> Result<u32, String> {
+    match parse_count(text)? {
+        count @ 0..=1_000_000 => Ok(count as u32),
+        _ => Err("a million rays is the most".to_string()),
+    }
+}
+
 /// A number of threads; starting more than any machine has would only exhaust the system.
 pub fn parse_jobs(text: &str) -> Result<usize, String> {
     const MOST: usize = Executor::MOST_THREADS;

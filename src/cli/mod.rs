@@ -12,8 +12,8 @@
 //! | `names`, `figures` | foreign names and numbers as text |
 //! | `reading`, `source` | flags that say how a model is read, to build it or to compare a file with it |
 //! | `progress`, `interrupt` | the bar, and what a signal does |
-//! | `patterns` | patterns of files that the shell left alone |
-//! | `outputs` | where cache files may be written |
+//! | `patterns`, `numbered` | patterns of files that the shell left alone, and of numbered files |
+//! | `outputs`, `identity` | where outputs may be written, and whether two paths lead to one file |
 //! | `depfile` | dependencies for Ninja and Make |
 //! | `drawing` | charts and pictures as files |
 //!
@@ -29,8 +29,10 @@ pub mod exit;
 mod failure;
 mod figures;
 mod heap;
+mod identity;
 mod interrupt;
 mod names;
+mod numbered;
 mod outputs;
 mod paragraph;
 mod patterns;

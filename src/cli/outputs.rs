@@ -2,11 +2,13 @@
 
 use super::exit::Exit;
 use super::failure::Failure;
+use super::identity::Identity;
 use super::names;
 use crate::cache::MAGIC;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Say before a long build what its end would say: that there is no place for the file.
 pub fn writable(path: &Path) -> Result<(), Failure> {
@@ -32,6 +34,74 @@ pub fn has_place(path: &Path, flag: &str) -> Result<(), Failure> {
         let shown = if shown == "." { "this folder".to_owned() } else { format!("the folder {shown}") };
         refuse(format!("{shown} takes no files: {error}")).help(elsewhere)
     })
+}
+
+/// Whether a path names a folder for outputs: one that is there, or a name that ends as folders do.
+pub fn is_folder(path: &Path) -> bool {
+    let last = path.as_os_str().as_encoded_bytes().last();
+    path.is_dir() || last.is_some_and(|b| *b == b'/' || *b == b'\\' && cfg!(windows))
+}
+
+/// Where an output will be, by its folder's own name: two folders of which one is a link to the other are one place.
+pub fn place(output: &Path) -> PathBuf {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (folder.canonicalize(), output.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => output.to_owned(),
+    }
+}
+
+/// Where each input's output goes: to the one that is named, or into a folder under the input's own name with this extension. Refuses what could lose data:
+/// two inputs for one output, and an output that is an input. `action` is what is done with the inputs, for errors.
+pub fn of_each(inputs: &[PathBuf], output: &Path, extension: &str, action: &str) -> Result<Vec<PathBuf>, Failure> {
+    let refuse = |fact: String| Failure::new(Exit::Usage, format!("cannot {action}")).fact(fact);
+    let into_folder = is_folder(output);
+    if inputs.len() > 1 && !into_folder {
+        let shown = names::path(output);
+        return Err(refuse(format!("{} inputs need a folder to go to, and {shown} is not one", inputs.len()))
+            .help(format!("write -o {shown}/ to make it a folder")));
+    }
+    let name = |input: &Path| -> Option<PathBuf> {
+        if !into_folder {
+            return Some(output.to_owned());
+        }
+        let mut name = input.file_stem()?.to_os_string();
+        name.push(".");
+        name.push(extension);
+        Some(output.join(name))
+    };
+    let read: BTreeMap<Identity, &PathBuf> =
+        inputs.iter().filter_map(|input| Some((Identity::of(input)?, input))).collect();
+    let mut owners: BTreeMap<PathBuf, &Path> = BTreeMap::new();
+    let mut outputs = Vec::with_capacity(inputs.len());
+    for input in inputs {
+        let output = name(input).ok_or_else(|| refuse(format!("{} names no file", names::path(input))))?;
+        if let Some(same) = Identity::of(&output).and_then(|output| read.get(&output)) {
+            let fact = match *same == input {
+                true => format!("{} and its output {} are one file", names::path(input), names::path(&output)),
+                false => format!("{}, which is to be read, would be written over", names::path(same)),
+            };
+            return Err(refuse(fact).help("name another output with -o"));
+        }
+        if let Some(other) = owners.insert(place(&output), input) {
+            let [a, b, one] = [other, input, &output].map(names::path);
+            let fact = if other == input {
+                format!("{a} is named twice")
+            } else {
+                format!("{a} and {b} would both become {one}")
+            };
+            return Err(refuse(fact).help("name one of them, or do the other into another folder"));
+        }
+        outputs.push(output);
+    }
+    Ok(outputs)
+}
+
+/// Make the folder of an output, where `-o` names the folder.
+pub fn make_folder(output: &Path, named: &Path) -> Result<(), Failure> {
+    let Some(folder) = output.parent().filter(|_| output != named) else { return Ok(()) };
+    std::fs::create_dir_all(folder)
+        .map_err(|e| Failure::new(Exit::Io, format!("cannot create {}", names::path(folder))).fact(e.to_string()))
 }
 
 /// Whether files may be made in a folder, as far as the system says so without one being made.

@@ -3,6 +3,8 @@
 use super::exit::Exit;
 use super::failure::Failure;
 use super::names;
+use super::numbered;
+use super::terminal::Terminal;
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
@@ -17,9 +19,28 @@ pub const CACHES: Kind = Kind { extensions: &["bvhc"], what: "cache file (*.bvhc
 pub const MODELS: Kind = Kind { extensions: &["obj", "gltf", "glb"], what: "model (*.obj, *.gltf, *.glb)" };
 
 /// The files that these arguments name, in their order: patterns are replaced by the files that they match, and folders by those in them.
-pub fn expand(paths: &[PathBuf], kind: Kind, action: &str) -> Result<Vec<PathBuf>, Failure> {
-    let files: Vec<Vec<PathBuf>> = paths.iter().map(|path| matches(path, kind, action)).collect::<Result<_, _>>()?;
+pub fn expand(paths: &[PathBuf], kind: Kind, action: &str, terminal: &Terminal) -> Result<Vec<PathBuf>, Failure> {
+    let files: Vec<Vec<PathBuf>> =
+        paths.iter().map(|path| matches(path, kind, action, terminal)).collect::<Result<_, _>>()?;
     Ok(files.concat())
+}
+
+/// The one file that an argument names: itself, or the only one that it matches as a pattern or has as a folder.
+pub fn one(path: &Path, kind: Kind, action: &str, terminal: &Terminal) -> Result<PathBuf, Failure> {
+    let files = matches(path, kind, action, terminal)?;
+    match &files[..] {
+        [file] => Ok(file.clone()),
+        [first, second, ..] => Err(Failure::new(Exit::Usage, format!("cannot {action} {}", names::path(path)))
+            .fact(format!(
+                "one file is needed, and {} match: {}, {}{}",
+                files.len(),
+                names::path(first),
+                names::path(second),
+                if files.len() > 2 { ", …" } else { "" }
+            ))
+            .help("name one of them")),
+        [] => Err(Failure::new(Exit::Internal, format!("cannot {action} {}", names::path(path)))),
+    }
 }
 
 /// The files of this kind in a folder, not in folders below it, in natural order. As for a shell's patterns, names that begin with a point are hidden.
@@ -49,9 +70,12 @@ fn in_order(mut files: Vec<PathBuf>) -> Vec<PathBuf> {
 
 /// The files that a pattern matches or that are in a folder, in natural order; anything else that exists or is no pattern stands for itself. `action` is what
 /// would be done with them, for errors.
-pub fn matches(path: &Path, kind: Kind, action: &str) -> Result<Vec<PathBuf>, Failure> {
+pub fn matches(path: &Path, kind: Kind, action: &str, terminal: &Terminal) -> Result<Vec<PathBuf>, Failure> {
     if path.is_dir() {
         return inside(path, kind, action);
+    }
+    if let Some(files) = numbered::files(path, action, terminal) {
+        return files;
     }
     let pattern = path.to_str().filter(|text| text.contains(['*', '?', '[']));
     let Some(pattern) = pattern.filter(|_| path.symlink_metadata().is_err()) else { return Ok(vec![path.to_owned()]) };
@@ -94,7 +118,12 @@ fn natural(a: &[u8], b: &[u8]) -> Ordering {
 
 #[cfg(test)]
 mod tests {
+    use super::super::terminal::ColorChoice;
     use super::*;
+
+    fn silent() -> Terminal {
+        Terminal::new(ColorChoice::Never, true, 0, false)
+    }
 
     #[test]
     fn numbers_in_names_count() {
@@ -110,10 +139,13 @@ mod tests {
         for name in ["a[1].obj", "b10.obj", "b9.obj"] {
             std::fs::write(at(name), "").unwrap();
         }
-        assert_eq!(matches(&at("a[1].obj"), MODELS, "build").unwrap(), [at("a[1].obj")]);
-        assert_eq!(matches(&at("missing.obj"), MODELS, "build").unwrap(), [at("missing.obj")]);
-        assert_eq!(matches(&at("b*.obj"), MODELS, "build").unwrap(), [at("b9.obj"), at("b10.obj")]);
-        assert_eq!(matches(&at("c*.obj"), MODELS, "build").unwrap_err().exit, Exit::Io);
+        assert_eq!(matches(&at("a[1].obj"), MODELS, "build", &silent()).unwrap(), [at("a[1].obj")]);
+        assert_eq!(matches(&at("missing.obj"), MODELS, "build", &silent()).unwrap(), [at("missing.obj")]);
+        assert_eq!(matches(&at("b*.obj"), MODELS, "build", &silent()).unwrap(), [at("b9.obj"), at("b10.obj")]);
+        assert_eq!(one(&at("b1*.obj"), MODELS, "read", &silent()).unwrap(), at("b10.obj"));
+        let two = one(&at("b*.obj"), MODELS, "read", &silent()).unwrap_err();
+        assert!(two.exit == Exit::Usage && two.facts[0].starts_with("one file is needed, and 2 match:"), "{two:?}");
+        assert_eq!(matches(&at("c*.obj"), MODELS, "build", &silent()).unwrap_err().exit, Exit::Io);
     }
 
     #[test]
@@ -124,9 +156,12 @@ mod tests {
             std::fs::write(at(name), "").unwrap();
         }
         std::fs::create_dir(at("d.obj")).unwrap();
-        assert_eq!(matches(folder.path(), MODELS, "build").unwrap(), [at("a.gltf"), at("b9.GLB"), at("b10.obj")]);
-        assert_eq!(matches(folder.path(), CACHES, "check").unwrap(), [at("c.bvhc")]);
-        let none = matches(&at("d.obj"), CACHES, "check").unwrap_err();
+        assert_eq!(
+            matches(folder.path(), MODELS, "build", &silent()).unwrap(),
+            [at("a.gltf"), at("b9.GLB"), at("b10.obj")]
+        );
+        assert_eq!(matches(folder.path(), CACHES, "check", &silent()).unwrap(), [at("c.bvhc")]);
+        let none = matches(&at("d.obj"), CACHES, "check", &silent()).unwrap_err();
         assert!(none.exit == Exit::Io && none.facts[0].contains("no cache file"), "{none:?}");
     }
 }

@@ -23,6 +23,9 @@ struct RemarkLine<'a> {
     schema: &'static str,
     reason: &'static str,
     text: &'a str,
+    /// As errors have them.
+    facts: [&'a str; 0],
+    help: Option<&'a str>,
 }
 
 /// Where a command talks to.
@@ -131,7 +134,7 @@ impl Terminal {
         match (self.quiet, self.json, reason) {
             (true, ..) => {}
             (false, true, _) => {
-                let line = RemarkLine { schema: "bvhc.remark.v1", reason, text: line };
+                let line = RemarkLine { schema: "bvhc.remark.v1", reason, text: line, facts: [], help: None };
                 // Two strings always serialise.
                 self.stderr(&serde_json::to_string(&line).unwrap_or_default());
             }

@@ -16,7 +16,7 @@ struct Conflict {
 const OTHER: &str = "leave out {other}";
 const TAKE_OUT: &str = "take a frame out as a still file: bvhc convert FILE -o STILL --frame N";
 
-const CONFLICTS: [Conflict; 28] = [
+const CONFLICTS: [Conflict; 31] = [
     row("--quiet", &["--verbose"], "one asks for fewer words and the other for more", "leave out --quiet"),
     // build
     row("--fps", &["--time"], "a clip is played as many frames, or posed at one time", "leave out --time"),
@@ -68,6 +68,24 @@ const CONFLICTS: [Conflict; 28] = [
     row(
         "--html",
         &["--shade", "--size", "--samples", "--scale", "--boxes"],
+        "whoever reads the page chooses that in the browser",
+        OTHER,
+    ),
+    row(
+        "--no-browser",
+        &["--output", "--html", "--tree", "--terminal", "--json"],
+        "a browser is started for a page that is served, and nothing else is",
+        "leave out --no-browser",
+    ),
+    row(
+        "--serve",
+        &["--output", "--html", "--tree", "--terminal"],
+        "a run serves a page or makes something else",
+        OTHER,
+    ),
+    row(
+        "--serve",
+        &["--shade", "--size", "--samples", "--scale", "--boxes", "--json"],
         "whoever reads the page chooses that in the browser",
         OTHER,
     ),

@@ -1,9 +1,10 @@
 //! [`FileReport`]: the trees of one file, folded.
 
+use super::effort::BuildEffort;
 use super::families::FamilyReport;
 use super::overlap::EpoReport;
 use super::rays::RayReport;
-use super::stats::{TreeReport, TreeStats};
+use super::stats::{TopReport, TreeReport, TreeStats};
 use crate::cache::{CompactNode, View};
 use crate::trace::wide::WideView;
 use serde::Serialize;
@@ -34,7 +35,9 @@ pub struct FileReport {
     pub families: Vec<FamilyReport>,
     /// How the BLASes differ; `None` for a file with a single one.
     pub blas_spread: Option<BlasSpread>,
-    pub tlas: Option<TreeReport>,
+    pub tlas: Option<TopReport>,
+    /// What the build took; `None` where META does not say, which it does only where that was asked for.
+    pub effort: Option<BuildEffort>,
     /// What META says about why the trees are as they are; empty where it was not asked.
     pub notes: Vec<String>,
 }
@@ -87,9 +90,17 @@ impl FileReport {
             rays: None,
             families: Vec::new(),
             blas_spread: spread,
-            tlas: tlas.as_ref().map(TreeReport::from),
+            tlas: tlas.as_ref().map(TopReport::from),
+            effort: None,
             notes: Vec::new(),
         }
+    }
+
+    /// The notes of META: what the build took, and the others.
+    pub fn with_notes(self, notes: &[String]) -> FileReport {
+        let effort = notes.iter().find_map(|note| BuildEffort::of_note(note));
+        let notes = notes.iter().filter(|note| BuildEffort::of_note(note).is_none()).cloned().collect();
+        FileReport { effort, notes, ..self }
     }
 }
 
@@ -161,7 +172,7 @@ mod tests {
         };
         let r = FileReport::of_view("two".into(), 960, &Image::new(&two, &Executor::sequential()).unwrap().view());
         assert_eq!((r.levels, r.instances, r.instanced_triangles, r.blas.trees), (2, 3, 3, 2));
-        assert_eq!(r.tlas.unwrap().references, 3);
+        assert_eq!(r.tlas.unwrap().instances, 3);
         assert_eq!(r.blas_spread.unwrap().largest, Extreme { blas: 0, value: 1.0 });
     }
 }

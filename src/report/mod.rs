@@ -8,6 +8,8 @@ pub mod accuracy;
 #[cfg(feature = "cli")]
 pub mod chart;
 #[cfg(feature = "cli")]
+pub mod effort;
+#[cfg(feature = "cli")]
 pub(crate) mod families;
 #[cfg(feature = "cli")]
 pub(crate) mod file;

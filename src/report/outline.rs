@@ -20,8 +20,12 @@ pub struct OutlineNode {
     pub area_share: f64,
     /// What it and all below it add to the SAH of the tree, as a share of that SAH. 0 where that is 0.
     pub sah_share: f64,
-    /// Triangles below it, or instances, counted once for each leaf that they stand in.
-    pub references: u64,
+    /// Of a tree over triangles: references to triangles below it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub references: Option<u64>,
+    /// Of the tree over instances: instances below it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instances: Option<u64>,
     /// Nodes below it, itself included.
     pub nodes: u64,
     /// Depth of the deepest leaf below it, counted from it.
@@ -47,7 +51,7 @@ impl Outline {
         let Some(root) = root else {
             return match view.tlas_nodes {
                 [] => Outline::of_view(view, Some(0), depth),
-                top => Some(Outline { of: "top", nodes: nodes(top, 0, 0, depth) }),
+                top => Some(Outline { of: "top", nodes: instances_in(nodes(top, 0, 0, depth)) }),
             };
         };
         let holds = |blas: &&crate::cache::BlasRecord| {
@@ -102,7 +106,8 @@ fn nodes(tree: &[Node], root: usize, offset: u64, depth: u32) -> Vec<OutlineNode
             max: node.max,
             area_share: share(half_area(node), area),
             sah_share: share(sums.sah, whole),
-            references: sums.refs,
+            references: Some(sums.refs),
+            instances: None,
             nodes: sums.nodes,
             height: sums.height,
             is_leaf: inner.is_none(),
@@ -112,6 +117,12 @@ fn nodes(tree: &[Node], root: usize, offset: u64, depth: u32) -> Vec<OutlineNode
         }
     }
     found
+}
+
+/// What the tree over instances refers to is instances.
+fn instances_in(mut nodes: Vec<OutlineNode>) -> Vec<OutlineNode> {
+    nodes.iter_mut().for_each(|node| node.instances = node.references.take());
+    nodes
 }
 
 /// The children of an inner node; none where records are no tree.
@@ -151,7 +162,10 @@ mod tests {
             assert!((area - expected.1).abs() < 1e-9 && (cost - expected.2).abs() < 1e-9, "{shares:?}");
         }
         assert!((f64::from(sah(&tree())) - 19.4 / 7.0).abs() < 1e-6, "the SAH that is shared out is the file's");
-        assert_eq!([found[0].references, found[0].nodes, u64::from(found[0].height)], [3, 3, 1]);
+        assert_eq!(
+            [found[0].references, Some(found[0].nodes), Some(u64::from(found[0].height))],
+            [Some(3), Some(3), Some(1)]
+        );
         assert_eq!(nodes(&tree(), 0, 0, 0).len(), 1);
         assert_eq!(nodes(&tree(), 3, 0, 5).iter().map(|n| n.node).collect::<Vec<_>>(), [3]);
     }

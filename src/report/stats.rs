@@ -288,6 +288,50 @@ impl From<&TreeStats> for TreeReport {
     }
 }
 
+/// The same of the tree over instances, whose leaves hold instances.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TopReport {
+    pub nodes: u64,
+    pub leaves: u64,
+    pub instances: u64,
+    pub max_depth: u32,
+    pub sah: f64,
+    pub sah_nodes: f64,
+    pub sah_leaves: f64,
+    pub instances_per_leaf: f64,
+    pub mean_sibling_overlap: f64,
+    pub overlap_per_root_area: f64,
+    pub overlap_per_depth: Vec<f64>,
+    pub mean_empty_share: f64,
+    pub nodes_per_depth: Vec<u64>,
+    pub leaves_per_depth: Vec<u64>,
+    /// Pairs of leaf size and number of leaves, ascending.
+    pub leaf_sizes: Vec<(u32, u64)>,
+}
+
+impl From<&TreeStats> for TopReport {
+    fn from(s: &TreeStats) -> TopReport {
+        let tree = TreeReport::from(s);
+        TopReport {
+            nodes: tree.nodes,
+            leaves: tree.leaves,
+            instances: tree.references,
+            max_depth: tree.max_depth,
+            sah: tree.sah,
+            sah_nodes: tree.sah_nodes,
+            sah_leaves: tree.sah_leaves,
+            instances_per_leaf: tree.references_per_leaf,
+            mean_sibling_overlap: tree.mean_sibling_overlap,
+            overlap_per_root_area: tree.overlap_per_root_area,
+            overlap_per_depth: tree.overlap_per_depth,
+            mean_empty_share: tree.mean_empty_share,
+            nodes_per_depth: tree.nodes_per_depth,
+            leaves_per_depth: tree.leaves_per_depth,
+            leaf_sizes: tree.leaf_sizes,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -61,7 +61,8 @@ pub(super) fn folder_of(path: &Path) -> Option<PathBuf> {
 }
 
 pub(super) fn format_of(bytes: &[u8], given: Option<Format>, source: &Source) -> Result<Format, SceneError> {
-    if let Some(resembles) = Resemblance::of_wide_text(bytes).or(Resemblance::of_cache(bytes)) {
+    let glb = Resemblance::of_glb(bytes).filter(|_| given == Some(Format::Obj));
+    if let Some(resembles) = Resemblance::of_wide_text(bytes).or(Resemblance::of_cache(bytes)).or(glb) {
         return Err(SceneError::InPlaceOfData { path: source.path.to_owned(), what: "the file".into(), resembles });
     }
     let unknown = || SceneError::UnknownFormat { path: source.path.to_owned() };

@@ -18,6 +18,8 @@ pub enum Resemblance {
     CacheFile,
     /// JSON, so perhaps a glTF.
     Json,
+    /// A glTF in its binary form.
+    Glb,
     /// Text with statements of OBJ.
     Obj,
     /// Nothing that is known.
@@ -55,6 +57,11 @@ impl Resemblance {
         bytes.starts_with(&bvhc_core::layout::MAGIC).then_some(Resemblance::CacheFile)
     }
 
+    /// A GLB, told by its signature, which no text has at its start.
+    pub(super) fn of_glb(bytes: &[u8]) -> Option<Resemblance> {
+        bytes.starts_with(b"glTF\x02\0\0\0").then_some(Resemblance::Glb)
+    }
+
     /// What a text most likely is that is no model.
     pub(super) fn of_text(text: &[u8]) -> Resemblance {
         Resemblance::of_stand_in(text).unwrap_or(match text.trim_ascii_start().first() {
@@ -74,6 +81,7 @@ impl fmt::Display for Resemblance {
             Resemblance::Utf16 => "text in UTF-16",
             Resemblance::CacheFile => "a cache file of trees",
             Resemblance::Json => "JSON",
+            Resemblance::Glb => "a GLB model",
             Resemblance::Obj => "an OBJ model",
             Resemblance::Nothing => "something else",
         })

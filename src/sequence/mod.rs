@@ -114,7 +114,7 @@ pub struct FrameOutcome {
     /// Instances.
     pub instances: u64,
     /// Triangles that rays can hit, those of every instance counted.
-    pub triangles: u64,
+    pub instanced_triangles: u64,
     /// Largest of the meshes' SAH costs, as they are or over what the triangles alone cost, relative to those in the poses that the tree was made for; 0 where
     /// nothing was refitted.
     pub worst_ratio: f32,
@@ -245,7 +245,8 @@ impl<'a> SequenceBuilder<'a> {
         }
         let instances = laid.instances.unwrap_or_default();
         outcome.instances = instances.len() as u64;
-        outcome.triangles = instances.iter().map(|i| laid.meshes[i.mesh as usize].triangles.len() as u64).sum();
+        outcome.instanced_triangles =
+            instances.iter().map(|i| laid.meshes[i.mesh as usize].triangles.len() as u64).sum();
 
         // Each instance's box in the world, by the transform as the file holds it.
         let mut boxes = Vec::with_capacity(instances.len());

@@ -97,7 +97,8 @@ impl SequenceBuilder<'_> {
         if let Some(pose) = taking.prior.shows[old] {
             let Some(now) = self.taken_pose(taking, pose, &mut outcome) else { return Ok(None) };
             instances.iter_mut().for_each(|instance| instance.blas = now);
-            outcome.triangles = taking.prior.topology_of(old).map_or(0, |t| taking.prior.topology(t).prim_count.into());
+            outcome.instanced_triangles =
+                taking.prior.topology_of(old).map_or(0, |t| taking.prior.topology(t).prim_count.into());
         }
         outcome.instances = instances.len() as u64;
         outcome.bytes = self.writer.frame(label.record(), &nodes, &instances)?;

@@ -206,7 +206,7 @@ impl Motion {
             let measure = Measure { rays, fresh: true };
             let report = SequenceReport::of(String::new(), &sequence, &measure, exec, &NoProgress, |_| {})?;
             let over: Vec<f64> = report.frames.iter().filter_map(|frame| frame.ray_ratio).collect();
-            triangles = report.frames.iter().map(|frame| frame.triangles).max().unwrap_or(0);
+            triangles = report.frames.iter().map(|frame| frame.instanced_triangles).max().unwrap_or(0);
             rows.push(MotionRow {
                 refit,
                 wrong: self.wrong(&sequence, count, rays, exec)?,

@@ -58,7 +58,7 @@ impl DeviceOutcome {
 #[non_exhaustive]
 pub struct OracleOutcome {
     /// Triangles after instancing, each of which every ray is judged by.
-    pub triangles: u64,
+    pub instanced_triangles: u64,
     /// The sample: rays that were judged against every triangle.
     pub rays: u64,
     /// See [`Verdict::Agree`].

@@ -206,7 +206,7 @@ fn convert_keeps_the_content() {
     place.ok("check z.bvhc");
     place.ok("convert z.bvhc -o r.bvhc");
     assert!(place.read("r.bvhc") == place.read("a.bvhc"), "there and back");
-    assert_eq!(place.ok("convert a.bvhc -o y.bvhc --codec zstd --json").json()["content_id"], id.trim());
+    assert_eq!(place.ok("convert a.bvhc -o y.bvhc --codec zstd --json").json()["files"][0]["content_id"], id.trim());
     assert_eq!(place.run("convert a.bvhc -o a.bvhc --codec zstd").code, 2);
     assert_eq!(place.run("convert a.bvhc -o b.bvhc --codec zip").code, 2);
     assert_eq!(place.run("convert missing.bvhc -o b.bvhc").code, 3);

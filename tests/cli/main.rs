@@ -25,6 +25,7 @@ mod manners;
 mod many;
 mod nodes;
 mod outputs;
+mod patterns;
 mod precision;
 mod sequence_checks;
 mod sequences;

@@ -32,7 +32,7 @@ fn warnings_are_data_in_json_and_objects_on_stderr() {
     let flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 2\nF 1 2 3\n";
     place.write("a.obj", flat);
     let told = place.ok("build a.obj -o a.bvhc --json");
-    let warnings = told.json()["files"][0]["built"]["warnings"].clone();
+    let warnings = told.json()["files"][0]["warnings"].clone();
     let kinds: Vec<&str> = warnings.as_array().unwrap().iter().map(|w| w["kind"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["without-area", "left-out"], "{warnings}");
     for line in told.err.lines() {
@@ -41,6 +41,27 @@ fn warnings_are_data_in_json_and_objects_on_stderr() {
     }
     assert_eq!(told.err.lines().count(), 2, "{}", told.err);
     assert_eq!(place.ok("build a.obj -o a.bvhc --force --json -q").err, "");
+
+    // What is up to date still says so, and a dry run as well.
+    let kinds = |args: &str| {
+        let file = place.ok(args).json()["files"][0].clone();
+        let kinds: Vec<String> =
+            file["warnings"].as_array().unwrap().iter().map(|w| w["kind"].as_str().unwrap().to_owned()).collect();
+        (file["status"].as_str().unwrap().to_owned(), kinds)
+    };
+    let both = ["without-area", "left-out"].map(String::from).to_vec();
+    assert_eq!(kinds("build a.obj -o a.bvhc --json"), ("up-to-date".into(), both.clone()));
+    assert_eq!(kinds("build a.obj -o b.bvhc -n --json"), ("would-build".into(), both));
+
+    // Errors are told in the same form.
+    let failed = place.run("check gone.bvhc --json");
+    let line: serde_json::Value = serde_json::from_str(failed.err.trim()).unwrap();
+    for part in [&line, &failed.json()["files"][0]["error"]] {
+        assert_eq!(part["text"], "cannot open gone.bvhc", "{part}");
+        assert!(part["facts"].is_array() && part["help"].is_string(), "{part}");
+    }
+    let warned: serde_json::Value = serde_json::from_str(told.err.lines().next().unwrap()).unwrap();
+    assert!(warned["text"].is_string() && warned["facts"].is_array() && warned["help"].is_null(), "{warned}");
 }
 
 #[test]
@@ -71,6 +92,39 @@ fn what_no_model_reads_is_refused() {
 }
 
 #[test]
+fn what_would_be_ignored_is_refused_or_told() {
+    let place = built();
+    place.write("many/b.obj", strip(4));
+    place.write("many/c.obj", strip(5));
+    for (args, told) in [
+        ("build a.obj -o b.bvhc --method sweep --rays-for bake", "every other method with adapt"),
+        ("build a.obj -o b.bvhc --reinsert 8 --rays-for bake", "every other method with adapt"),
+        ("build a.obj -o b.bvhc --fps 24", "cannot read a.obj with --fps"),
+        ("build a.obj -o b.bvhc --play 0..1", "cannot read a.obj with --play"),
+        ("build a.obj -o b.bvhc --depfile -", "cannot write a depfile to standard output"),
+        ("explain E01O1", "did you mean E0101?"),
+        ("explain w04ol", "did you mean W0401?"),
+    ] {
+        let said = place.run(args);
+        assert!(said.code == 2 && said.err.contains(told) && said.err.contains("help: "), "{args}: {}", said.err);
+    }
+    place.ok("build a.obj -o c.bvhc --rays-for bake");
+    place.ok("build a.obj -o c.bvhc --method sweep --adapt 64 --rays-for bake");
+
+    // A name that no model has may be misspelt; among several models some may lack it.
+    let idle = "--ignore-extension KHR_x changes nothing";
+    assert!(place.ok("build a.obj -o c.bvhc -f --ignore-extension KHR_x").err.contains(idle));
+    assert!(!place.ok("build many -o out/ -f --ignore-extension KHR_x").err.contains(idle));
+    assert!(place.ok("build many -o out/ -f -v --ignore-extension KHR_x").err.contains(idle));
+
+    // Counts are written alike everywhere.
+    place.ok("stats a.bvhc --rays 1k");
+    assert_eq!(place.run("stats a.bvhc --rays 2M").code, 2);
+    assert!(place.run("chart a.obj --rays 0 -o x.html").err.contains("write 1 or more"));
+    assert_eq!(place.ok("man --out pages -q").out, "");
+}
+
+#[test]
 fn what_was_asked_wrongly_is_not_blamed_on_the_model() {
     let place = built();
     let (model, bin) = gltf("t");
@@ -78,6 +132,9 @@ fn what_was_asked_wrongly_is_not_blamed_on_the_model() {
     place.write("t.bin", bin);
     let said = place.run("build t.gltf -o t.bvhc --scene 3");
     assert!(said.code == 4 && said.err.contains("it has no scene 3") && said.err.contains("--scene"), "{}", said.err);
+    place.write("b.obj", b"glTF\x02\0\0\0\x20\0\0\0\x08\0\0\0JSON{}      ");
+    let said = place.run("build b.obj -o t.bvhc");
+    assert!(said.code == 4 && said.err.contains("a GLB model") && said.err.contains("*.glb"), "{}", said.err);
     place.write("a.glb", strip(4));
     let said = place.run("build a.glb -o t.bvhc");
     assert!(said.code == 4 && said.err.contains("an OBJ model") && said.err.contains("*.obj"), "{}", said.err);
@@ -295,4 +352,26 @@ fn a_model_that_rounding_bends_is_told_of_by_check_and_verify_alike() {
     assert!(check.err.contains("rounding") && check.err.contains("bvhc verify --source"), "{}", check.err);
     place.ok("build t.gltf -o t.bvhc --levels two");
     assert!(!place.ok("check t.bvhc --source t.gltf").err.contains("rounding"));
+}
+
+#[test]
+fn what_a_build_took_is_in_meta_where_that_was_asked_for() {
+    let place = built();
+    place.ok("build a.obj -o noted.bvhc --record-effort");
+    place.ok("build a.obj -o noted.bvhc").out.contains("up to date").then_some(()).expect("no other build");
+    let told = place.ok("stats noted.bvhc a.bvhc --json").json();
+    let effort = &told["files"][0]["effort"];
+    assert!(effort["seconds"].as_f64() > Some(0.0) && effort["threads"].as_u64() > Some(0), "{effort}");
+    assert!(told["files"][1]["effort"].is_null());
+    if cfg!(target_os = "linux") {
+        assert!(effort["peak_memory"].as_u64() > Some(1 << 20), "{effort}");
+    }
+    let text = place.ok("stats noted.bvhc").out;
+    assert!(text.contains("build time") && text.contains("build memory") && !text.contains("the build took"), "{text}");
+    assert!(place.ok("info noted.bvhc").out.contains("the build took"));
+    place.ok("check noted.bvhc --source a.obj");
+    // Of several, none tells the memory of all.
+    place.write("b.obj", strip(5));
+    place.ok("build a.obj b.obj -o out/ --record-effort");
+    assert!(place.ok("stats out/b.bvhc --json").json()["files"][0]["effort"]["peak_memory"].is_null());
 }

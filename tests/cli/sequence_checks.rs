@@ -64,7 +64,17 @@ fn sequences_are_compared_by_figures_over_all_frames() {
     place.ok("build in/wave.%03d.obj -o first.bvhc --trees first --refit always -O max-leaf=1");
     let said = place.ok("stats --compare one.bvhc one.bvhc");
     let rows: Vec<&str> = said.out.lines().skip(1).filter_map(|line| line.split_whitespace().next()).collect();
-    let all = ["frames", "triangles", "topologies", "poses", "segments", "sah", "sah-worst", "ratio", "ratio-worst"];
+    let all = [
+        "frames",
+        "instanced-triangles",
+        "topologies",
+        "poses",
+        "segments",
+        "sah",
+        "sah-worst",
+        "ratio",
+        "ratio-worst",
+    ];
     assert_eq!(rows, [&all[..], &["file-bytes", "ray-cost", "ray-cost-worst"]].concat());
     assert_eq!(said.out.matches(" =").count(), rows.len(), "{}", said.out);
 

@@ -34,7 +34,7 @@ fn numbers(value: &serde_json::Value) -> [f64; 3] {
 fn the_heat_of_a_picture_is_what_its_rays_count() {
     let place = furnished();
     let said = place.ok("view binned.bvhc -o heat.png --shade visits --size 60x40 --json").json();
-    let picture = &said["picture"];
+    let picture = &said["views"][0]["picture"];
     let seen = &picture["camera"];
     let angle = seen["angle"].as_f64().unwrap();
     let camera = Camera {
@@ -59,7 +59,7 @@ fn the_heat_of_a_picture_is_what_its_rays_count() {
     assert!(hits > 2000 && picture["scale"].as_f64().unwrap() >= file["visits"]["mean"].as_f64().unwrap());
     let (width, height, pixels) = png(&place, "heat.png");
     assert!(width == 60 && height > 60, "{width} x {height}");
-    assert_eq!(said["output"], "heat.png");
+    assert_eq!(said["views"][0]["output"], "heat.png");
 
     // The same bytes for any number of threads.
     let told = place.ok("view binned.bvhc -o again.png --shade visits --size 60x40 --jobs 1");
@@ -87,17 +87,17 @@ fn every_shade_makes_another_picture() {
 fn two_trees_of_a_model_are_compared() {
     let place = furnished();
     let said = place.ok("view --compare longest.bvhc binned.bvhc -o both.png --size 60x40 --json").json();
-    let difference = &said["picture"]["difference"];
+    let difference = &said["views"][0]["picture"]["difference"];
     assert_eq!(difference["other_hits"], 0, "both trees show the same scene");
     assert!(difference["ratio"].as_f64().unwrap() < 1.0, "three axes cost less than one: {difference}");
     let pixels: u64 = ["fewer", "equal", "more"].iter().map(|field| difference[field].as_u64().unwrap()).sum();
     assert_eq!(pixels, 2400);
-    assert_eq!(said["picture"]["shade"], "cost");
+    assert_eq!(said["views"][0]["picture"]["shade"], "cost");
     assert_eq!(png(&place, "both.png").0, 3 * 60 + 2 * 6);
 
     let same = place.ok("view --compare binned.bvhc binned.bvhc --size 20x20 --json").json();
-    assert_eq!(same["picture"]["difference"]["equal"], 400);
-    assert_eq!(same["picture"]["difference"]["ratio"], 1.0);
+    assert_eq!(same["views"][0]["picture"]["difference"]["equal"], 400);
+    assert_eq!(same["views"][0]["picture"]["difference"]["ratio"], 1.0);
     let other = place.ok("view --compare binned.bvhc roof.bvhc -o other.png --size 20x20").out;
     assert!(other.contains("another surface"), "{other}");
 }
@@ -105,7 +105,7 @@ fn two_trees_of_a_model_are_compared() {
 #[test]
 fn an_outline_has_the_nodes_and_their_shares() {
     let place = furnished();
-    let nodes = place.ok("view binned.bvhc --tree --depth 3 --json").json()["tree"]["nodes"].clone();
+    let nodes = place.ok("view binned.bvhc --tree --depth 3 --json").json()["views"][0]["tree"]["nodes"].clone();
     let nodes = nodes.as_array().unwrap();
     let at = |depth: u64| nodes.iter().filter(move |n| n["depth"] == depth);
     let refs = |depth: u64| at(depth).map(|n| n["references"].as_u64().unwrap()).sum::<u64>();
@@ -117,12 +117,12 @@ fn an_outline_has_the_nodes_and_their_shares() {
     let child = at(1).next().unwrap();
     let (number, below) = (child["node"].as_u64().unwrap(), child["references"].as_u64().unwrap());
     let alone = place.ok(&format!("view binned.bvhc --tree --depth 0 --root {number} --json")).json();
-    assert_eq!(alone["tree"]["nodes"][0]["references"], below);
+    assert_eq!(alone["views"][0]["tree"]["nodes"][0]["references"], below);
     let text = place.ok("view binned.bvhc --tree --depth 1").out;
     assert!(text.lines().nth(1).unwrap().starts_with("0 ") && text.contains(&format!("├ {number} ")), "{text}");
     let hits = |root: &str| {
         let said = place.ok(&format!("view binned.bvhc --size 40x40 --camera front --json {root}")).json();
-        said["picture"]["files"][0]["hits"].as_u64().unwrap()
+        said["views"][0]["picture"]["files"][0]["hits"].as_u64().unwrap()
     };
     assert!(hits(&format!("--root {number}")) > 0 && hits("") > 0);
 }
@@ -149,7 +149,7 @@ fn frames_of_a_sequence_are_shown_one_by_one() {
     place.ok("build in/heli.%04d.obj --missing skip -o heli.bvhc --preset draft");
     let hits = |frame: i32| {
         let said = place.ok(&format!("view heli.bvhc --frame {frame} --size 64x40 --camera 2,3,9,2,0,0,60 --json"));
-        said.json()["picture"]["files"][0]["hits"].as_u64().unwrap()
+        said.json()["views"][0]["picture"]["files"][0]["hits"].as_u64().unwrap()
     };
     assert!(0 < hits(1) && hits(1) < hits(4), "a strip of four is longer than one of one");
     let said = place.run("view heli.bvhc -o x.png");
@@ -193,7 +193,7 @@ fn a_page_carries_the_trees_of_its_files() {
         serde_json::from_str(from.split_once("</script>").unwrap().0).unwrap()
     };
     let said = place.ok("view binned.bvhc --html one.html --json").json();
-    assert!(said["output"] == "one.html" && said["picture"].is_null());
+    assert!(said["views"][0]["output"] == "one.html" && said["views"][0]["picture"].is_null());
     let scenes = head("one.html")["scenes"].clone();
     assert_eq!((scenes[0]["name"].as_str(), scenes[0]["counts"]["trees"].as_u64()), (Some("binned.bvhc"), Some(1)));
     let text = page("one.html");
@@ -244,4 +244,57 @@ fn a_frame_of_a_still_file_is_refused_for_pages_too() {
         let said = place.run(&format!("view a.bvhc --frame 2 {output}"));
         assert!(said.code != 0 && said.err.contains("still file"), "{output}: {} {}", said.code, said.err);
     }
+}
+
+/// Ask a server for something, and hand back the status and the body.
+fn ask(address: &str, head: &str) -> (u16, String) {
+    use std::io::{Read, Write};
+    let mut stream = std::net::TcpStream::connect(address).unwrap();
+    stream.write_all(format!("{head}\r\nConnection: close\r\n\r\n").as_bytes()).unwrap();
+    let mut text = String::new();
+    stream.read_to_string(&mut text).unwrap();
+    let status = text.split(' ').nth(1).and_then(|code| code.parse().ok()).unwrap();
+    (status, text.split_once("\r\n\r\n").map_or_else(String::new, |(_, body)| body.to_string()))
+}
+
+#[test]
+fn a_page_is_served_to_this_machine_and_to_nobody_else() {
+    use std::io::{BufRead, BufReader};
+    let place = furnished();
+    place.ok("view binned.bvhc --html page.html");
+    let mut command = place.command();
+    command.args(["view", "binned.bvhc", "--serve", "--no-browser"]);
+    command.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::null());
+    let mut server = command.spawn().unwrap();
+    let mut url = String::new();
+    BufReader::new(server.stdout.take().unwrap()).read_line(&mut url).unwrap();
+    let (address, path) = url.trim().strip_prefix("http://").unwrap().split_once('/').unwrap();
+    assert!(address.starts_with("127.0.0.1:") && path.len() == 33, "{url}");
+    let port = address.rsplit(':').next().unwrap();
+
+    let (status, body) = ask(address, &format!("GET /{path} HTTP/1.1\r\nHost: {address}"));
+    assert!(status == 200 && body.as_bytes() == place.read("page.html"), "{status}");
+    assert_eq!(ask(address, &format!("GET /{path} HTTP/1.1\r\nHost: localhost:{port}")).0, 200);
+    for (head, code) in [
+        (format!("GET / HTTP/1.1\r\nHost: {address}"), 404),
+        (format!("GET /{path} HTTP/1.1\r\nHost: elsewhere.example:{port}"), 403),
+        (format!("POST /{path} HTTP/1.1\r\nHost: {address}\r\nContent-Length: 0"), 405),
+    ] {
+        let (status, body) = ask(address, &head);
+        assert!(status == code && body.is_empty(), "{head}: {status}");
+    }
+    server.kill().unwrap();
+    server.wait().unwrap();
+
+    for (args, told) in [
+        ("view binned.bvhc roof.bvhc --serve", "cannot serve 2 files"),
+        ("view binned.bvhc --serve --shade cost", "whoever reads the page"),
+        ("view binned.bvhc -o x.png --no-browser", "leave out --no-browser"),
+    ] {
+        let said = place.run(args);
+        assert!(said.code == 2 && said.err.contains(told), "bvhc {args}: {} {}", said.code, said.err);
+    }
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let said = place.run(&format!("view binned.bvhc --serve {} --no-browser", taken.local_addr().unwrap().port()));
+    assert!(said.code == 3 && said.err.contains("leave out the port"), "{}", said.err);
 }

@@ -12,7 +12,7 @@ impl BuildOptions {
     ///
     /// Those that the method does not read are left out. What is not done, a pass or cutting, is not named either.
     pub fn effective(&self) -> Vec<(String, String)> {
-        let decisive = OPTIONS.iter().filter(|row| row.is_read_by(self.method) && row.is_named(self));
+        let decisive = OPTIONS.iter().filter(|row| row.is_read_in(self) && row.is_named(self));
         decisive.map(|row| (row.name.to_string(), row.value(self))).collect()
     }
 

@@ -49,6 +49,8 @@ pub(crate) enum Readers {
     Every,
     /// Every method that is no search: what cuts before a build or improves its tree, which a search decides about itself.
     AllButSearches,
+    /// Searches, and every other method where it adapts its tree to rays.
+    WhereRaysDecide,
     /// These.
     Only(&'static [Method]),
 }
@@ -74,14 +76,26 @@ pub enum Spelling {
     Setting,
 }
 
+/// The names of the methods that try several recipes.
+fn searches() -> Vec<&'static str> {
+    METHODS.iter().filter(|row| row.method.is_search()).map(|row| row.name).collect()
+}
+
 impl OptionInfo {
     /// Whether trees of this method depend on the option.
     pub fn is_read_by(&self, method: Method) -> bool {
         match self.readers {
-            Readers::Every => true,
+            Readers::Every | Readers::WhereRaysDecide => true,
             Readers::AllButSearches => !method.is_search(),
             Readers::Only(methods) => methods.contains(&method),
         }
+    }
+
+    /// Whether the trees of these options depend on the option: the method reads it, and what else it is about is done.
+    pub fn is_read_in(&self, options: &BuildOptions) -> bool {
+        let decides =
+            !matches!(self.readers, Readers::WhereRaysDecide) || options.method.is_search() || options.adapt > 0;
+        decides && self.is_read_by(options.method)
     }
 
     /// The names of the methods that read it, in the order of [`METHODS`].
@@ -93,11 +107,8 @@ impl OptionInfo {
     pub fn readers_in_words(&self) -> String {
         match self.readers {
             Readers::Every => "every method".to_string(),
-            Readers::AllButSearches => {
-                let searches: Vec<&str> =
-                    METHODS.iter().filter(|row| row.method.is_search()).map(|row| row.name).collect();
-                format!("every method but {}", searches.join(" and "))
-            }
+            Readers::AllButSearches => format!("every method but {}", searches().join(" and ")),
+            Readers::WhereRaysDecide => format!("{}, and every other method with adapt", searches().join(" and ")),
             Readers::Only(_) => self.reader_names().join(", "),
         }
     }
@@ -152,7 +163,10 @@ impl OptionInfo {
             option: self.name,
             value: value.to_string(),
             method: method.info().name,
-            readers: self.reader_names().join(", "),
+            readers: match self.readers {
+                Readers::WhereRaysDecide => self.readers_in_words(),
+                _ => self.reader_names().join(", "),
+            },
         }
     }
 

@@ -76,7 +76,10 @@ impl BuildOptions {
             }
             setting.option.set(&mut options, &setting.value)?;
         }
-        Ok(options)
+        match settings.iter().find(|setting| !setting.option.is_read_in(&options)) {
+            Some(ignored) => Err(ignored.option.not_read(&ignored.value, options.method)),
+            None => Ok(options),
+        }
     }
 
     /// Refuse a value that the method does not read, so that none is ignored in silence.
@@ -87,7 +90,7 @@ impl BuildOptions {
     /// # Errors
     /// [`BuildError::NotRead`] with the first such option.
     pub fn refuse_unread(&self) -> Result<(), BuildError> {
-        for row in OPTIONS.iter().filter(|row| !row.is_read_by(self.method)) {
+        for row in OPTIONS.iter().filter(|row| !row.is_read_in(self)) {
             let value = row.value(self);
             if PRESETS.iter().all(|known| row.default_in(known.preset) != value) {
                 return Err(row.not_read(&value, self.method));

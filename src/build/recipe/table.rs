@@ -270,7 +270,7 @@ options! {
         name: "rays-for",
         placeholder: "WHAT",
         kind: Kind::Choice(names_of::<Purpose>),
-        readers: Readers::Every,
+        readers: Readers::WhereRaysDecide,
         key: InKey::UnlessUsual,
         spelling: Spelling::Flag,
         help: "What the rays are for that searches judge trees by, and that trees are adapted to",

@@ -167,13 +167,17 @@ fn a_setting_that_is_not_read_is_refused_or_switches_a_search_off() {
         let refused_by = |preset, method| match BuildOptions::with_settings(preset, method, &set) {
             Ok(_) => None,
             Err(BuildError::NotRead { option, method, readers, .. }) => {
-                assert_eq!((option, readers), (row.name, row.reader_names().join(", ")));
+                let named = match row.name {
+                    "rays-for" => "auto and best, and every other method with adapt".to_string(),
+                    _ => row.reader_names().join(", "),
+                };
+                assert_eq!((option, readers), (row.name, named));
                 Some(method)
             }
             other => panic!("{other:?}"),
         };
         for info in METHODS {
-            let expected = (!row.is_read_by(info.method)).then_some(info.name);
+            let expected = (!row.is_read_in(&of(info.method))).then_some(info.name);
             assert_eq!(refused_by(Preset::Auto, Some(info.method)), expected, "{}", row.name);
         }
         for preset in PRESETS_ALL {
@@ -182,11 +186,26 @@ fn a_setting_that_is_not_read_is_refused_or_switches_a_search_off() {
                 let made = BuildOptions::with_settings(preset, None, &set).unwrap();
                 assert_eq!(made.method, Method::Sbvh, "{} on {preset}", row.name);
             } else {
-                let expected = (!row.is_read_by(method)).then_some(method.info().name);
+                let expected = (!row.is_read_in(&BuildOptions::preset(preset))).then_some(method.info().name);
                 assert_eq!(refused_by(preset, None), expected, "{} on {preset}", row.name);
             }
         }
     }
+    // What rays are for matters where some are traced.
+    let [bake, adapt] = [("rays-for", "bake"), ("adapt", "64")];
+    for (method, set, is_read) in [
+        (None, vec![bake], true),
+        (Some(Method::Sweep), vec![bake], false),
+        (Some(Method::Sweep), vec![bake, adapt], true),
+        (None, vec![bake, ("reinsert", "8")], false),
+    ] {
+        let made = BuildOptions::with_settings(Preset::Auto, method, &settings(&set));
+        assert_eq!(made.is_ok(), is_read, "{set:?}");
+        assert!(made.is_ok_and(|made| made.effective().iter().any(|(name, _)| name == "rays-for")) == is_read);
+    }
+    let idle = BuildOptions { purpose: Purpose::Bake, ..of(Method::Sweep) };
+    assert_eq!(idle.effective(), of(Method::Sweep).effective(), "a build key does not depend on what does nothing");
+
     // One that sbvh reads does not carry along one that it does not.
     let set = settings(&[("bins", "8"), ("presplit", "0.3")]);
     let refused = BuildOptions::with_settings(Preset::Auto, None, &set).unwrap_err().to_string();
@@ -239,9 +258,9 @@ fn a_field_that_is_not_read_is_refused_unless_a_preset_brought_it() {
             match refused {
                 Err(BuildError::NotRead { option, value, method, .. }) => {
                     assert_eq!((option, value, method), (row.name, other, info.name));
-                    assert!(!row.is_read_by(info.method));
+                    assert!(!row.is_read_in(&options));
                 }
-                other => assert_eq!((other, row.is_read_by(info.method)), (Ok(()), true), "{} {}", info.name, row.name),
+                other => assert_eq!((other, row.is_read_in(&options)), (Ok(()), true), "{} {}", info.name, row.name),
             }
         }
     }

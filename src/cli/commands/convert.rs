@@ -2,32 +2,32 @@
 
 use super::build::options::NodeForm;
 use super::build::parse_codec;
-use super::build::same_file;
 use super::still;
 use crate::cache::{self, Codec, ConvertOptions, Header, WriteOptions};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{Entry, Failure};
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::outputs;
+use crate::cli::patterns;
 use crate::report::info::hex;
 use crate::size::bytes;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Store a cache file with another codec; its content stays the same, and so does its content id
+/// Store cache files with another codec; their content stays the same, and so does their content id
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  bvhc convert rock.bvhc -o rock.small.bvhc --codec zstd:19\n  bvhc convert rock.small.bvhc -o rock.bvhc --codec raw\n  bvhc convert rock.bvhc -o rock.wide.bvhc --nodes compact8  rays are traced faster\n  bvhc convert heli.bvhc -o heli.7.bvhc --frame 7            one frame of a sequence"
+    after_help = "Examples:\n  bvhc convert rock.bvhc -o rock.small.bvhc --codec zstd:19\n  bvhc convert rock.small.bvhc -o rock.bvhc --codec raw\n  bvhc convert rock.bvhc -o rock.wide.bvhc --nodes compact8  rays are traced faster\n  bvhc convert heli.bvhc -o heli.7.bvhc --frame 7            one frame of a sequence\n  bvhc convert caches/ -o small/ --codec zstd:19             all files of a folder"
 )]
 pub struct ConvertArgs {
-    /// Cache file to read
-    #[arg(value_name = "IN")]
-    input: PathBuf,
-    /// Cache file to write
+    /// Cache files to read, folders of them, or quoted patterns such as 'caches/**/*.bvhc'
+    #[arg(required = true, value_name = "IN")]
+    inputs: Vec<PathBuf>,
+    /// Cache file to write, or a folder (`DIR/`) that receives a file of the same name for each
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Of a sequence: the number of the frame that becomes a still file
@@ -51,11 +51,21 @@ pub struct ConvertArgs {
     strip_unknown: bool,
 }
 
+/// What became of each file.
 #[derive(Serialize)]
 struct Document<'a> {
     schema: &'static str,
-    input: &'a str,
-    output: &'a str,
+    exit_code: u8,
+    files: &'a [Entry<Converted>],
+}
+
+#[derive(Serialize)]
+struct Converted {
+    input: String,
+    output: String,
+    /// The number of the sequence's frame that was taken out.
+    frame: Option<i32>,
+    /// Bytes.
     input_len: u64,
     output_len: u64,
     content_id: String,
@@ -63,95 +73,90 @@ struct Document<'a> {
 }
 
 pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
-    if same_file(&args.input, &args.output) {
-        return Err(Failure::new(Exit::Usage, "cannot convert a file into itself")
-            .fact(format!("{} and {} are one file", names::path(&args.input), names::path(&args.output)))
-            .help("name another output with -o"));
+    let inputs = patterns::expand(&args.inputs, patterns::CACHES, "convert", &context.terminal)?;
+    let outputs = outputs::of_each(&inputs, &args.output, "bvhc", "convert")?;
+    let mut outputs = outputs.iter();
+    let (files, exit) = caches::each(&inputs, context, |input| {
+        let output = outputs.next().map_or(args.output.as_path(), PathBuf::as_path);
+        let converted = convert(input, output, args, context)?;
+        if !context.terminal.json {
+            tell(&converted, context)?;
+        }
+        Ok(converted)
+    });
+    if context.terminal.json {
+        context.terminal.document(&Document { schema: "bvhc.convert.v1", exit_code: exit.code(), files: &files })?;
     }
-    outputs::is_no_pipe(&args.output)?;
-    outputs::writable(&args.output)?;
+    Ok(exit)
+}
+
+fn convert(input: &Path, output: &Path, args: &ConvertArgs, context: &Context) -> Result<Converted, Failure> {
+    outputs::is_no_pipe(output)?;
+    outputs::make_folder(output, &args.output)?;
+    outputs::writable(output)?;
     if !args.force {
-        outputs::may_replace(&args.output)?;
+        outputs::may_replace(output)?;
     }
     let write = WriteOptions { codec: args.codec, ..WriteOptions::default() };
     let compact = Some(NodeForm::any_compact(&args.nodes)).filter(|_| !args.nodes.is_empty());
-    let options = ConvertOptions { write, compact, strip_unknown: args.strip_unknown, drop_meta: args.drop_meta };
-
-    if let Some(number) = args.frame {
-        return extract(args, number, write, context);
-    }
-
-    if compact == Some(true) && caches::is_sequence(&args.input, context) {
-        let action = format!("cannot convert {}", names::path(&args.input));
-        return Err(Failure::new(Exit::Usage, action)
-            .fact("--nodes compact8 is about still files, and this is a sequence")
-            .help("leave it out, or add --frame N to take one frame out"));
-    }
-
-    // The permission to write is held over the reading too: the library does both in one step.
-    let publishing = interrupt::publish()?;
-    let done = cache::convert(&args.input, &args.output, &caches::options(context), &options, &context.exec)
-        .map_err(|e| caches::failure(&e))?;
-    drop(publishing);
-    let input_len = length(&args.input);
-    let header = done.written.header;
-    let dropped: Vec<String> = done.dropped.iter().map(ToString::to_string).collect();
-    if context.terminal.json {
-        tell(args, &header, input_len, dropped, context)?;
-        return Ok(Exit::Success);
-    }
-    if !dropped.is_empty() {
-        context.terminal.warn(&format!("left out {}", dropped.join(", ")));
-    }
-    if !context.terminal.quiet {
-        let (from, to) = (bytes(input_len), bytes(header.file_len));
-        let id = &hex(&header.content_id)[..8];
-        context.terminal.result(&format!("{}  {from} → {to}, content {id} unchanged", names::path(&args.output)))?;
-    }
-    Ok(Exit::Success)
-}
-
-/// What was written, as JSON.
-fn tell(
-    args: &ConvertArgs,
-    header: &Header,
-    input_len: u64,
-    dropped: Vec<String>,
-    context: &Context,
-) -> Result<(), Failure> {
-    context.terminal.document(&Document {
-        schema: "bvhc.convert.v1",
-        input: &args.input.to_string_lossy(),
-        output: &args.output.to_string_lossy(),
-        input_len,
+    let of = |header: &Header, dropped: Vec<String>| Converted {
+        input: input.to_string_lossy().into_owned(),
+        output: output.to_string_lossy().into_owned(),
+        frame: args.frame,
+        input_len: input.metadata().map_or(0, |m| m.len()),
         output_len: header.file_len,
         content_id: hex(&header.content_id),
         dropped,
-    })
+    };
+    if let Some(number) = args.frame {
+        return Ok(of(&extract(input, output, number, args, write, context)?, Vec::new()));
+    }
+    if compact == Some(true) && caches::is_sequence(input, context) {
+        return Err(Failure::new(Exit::Usage, format!("cannot convert {}", names::path(input)))
+            .fact("--nodes compact8 is about still files, and this is a sequence")
+            .help("leave it out, or add --frame N to take one frame out"));
+    }
+    let options = ConvertOptions { write, compact, strip_unknown: args.strip_unknown, drop_meta: args.drop_meta };
+    // The permission to write is held over the reading too: the library does both in one step.
+    let _publishing = interrupt::publish()?;
+    let done = cache::convert(input, output, &caches::options(context), &options, &context.exec)
+        .map_err(|e| caches::failure(&e))?;
+    Ok(of(&done.written.header, done.dropped.iter().map(ToString::to_string).collect()))
 }
 
 /// Write one frame of a sequence as a still file.
-fn extract(args: &ConvertArgs, number: i32, write: WriteOptions, context: &Context) -> Result<Exit, Failure> {
-    let sequence = caches::open_sequence(&args.input, context)?;
-    let frame = caches::frame(&sequence, &args.input, number, context)?;
+fn extract(
+    input: &Path,
+    output: &Path,
+    number: i32,
+    args: &ConvertArgs,
+    write: WriteOptions,
+    context: &Context,
+) -> Result<Header, Failure> {
+    let sequence = caches::open_sequence(input, context)?;
+    let frame = caches::frame(&sequence, input, number, context)?;
     let (mut image, meta) = still::of_frame(&sequence, &frame);
     if NodeForm::any_compact(&args.nodes) {
         image.add_compact().map_err(|e| caches::failure(&e))?;
     }
-    let publishing = interrupt::publish()?;
-    let written =
-        cache::write_file(&args.output, &image, &meta, &write, &context.exec).map_err(|e| caches::failure(&e))?;
-    drop(publishing);
-    let (input_len, header) = (length(&args.input), written.header);
-    if context.terminal.json {
-        tell(args, &header, input_len, Vec::new(), context)?;
-    } else if !context.terminal.quiet {
-        let (from, to) = (bytes(input_len), bytes(header.file_len));
-        context.terminal.result(&format!("{}  frame {number}: {from} → {to}", names::path(&args.output)))?;
-    }
-    Ok(Exit::Success)
+    let _publishing = interrupt::publish()?;
+    let written = cache::write_file(output, &image, &meta, &write, &context.exec).map_err(|e| caches::failure(&e))?;
+    Ok(written.header)
 }
 
-fn length(path: &Path) -> u64 {
-    path.metadata().map_or(0, |m| m.len())
+/// What was written, as text.
+fn tell(converted: &Converted, context: &Context) -> Result<(), Failure> {
+    let terminal = &context.terminal;
+    if !converted.dropped.is_empty() {
+        terminal.warn(&format!("left out {}", converted.dropped.join(", ")));
+    }
+    if terminal.quiet {
+        return Ok(());
+    }
+    let (from, to) = (bytes(converted.input_len), bytes(converted.output_len));
+    let output = names::path(Path::new(&converted.output));
+    terminal.result(&match converted.frame {
+        Some(number) => format!("{output}  frame {number}: {from} → {to}"),
+        None => format!("{output}  {from} → {to}, content {} unchanged", &converted.content_id[..8]),
+    })
 }

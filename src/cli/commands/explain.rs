@@ -93,6 +93,11 @@ fn object(rule: &rules::Rule) -> RuleObject<'_> {
 fn unknown(id: &str) -> Failure {
     let failure = Failure::new(Exit::Usage, format!("cannot explain {}", names::escape(id)))
         .fact("no rule has this number or name");
+    // Letters that pass for digits.
+    let number = id.to_ascii_uppercase().replace('O', "0").replace(['I', 'L'], "1");
+    if let Some(rule) = rules::find(&number) {
+        return failure.help(format!("did you mean {}? bvhc explain --list shows all of them", rule.id));
+    }
     // Of numbers the neighbour is as near as what was meant.
     let choices: Vec<&str> = rules::all().map(|rule| rule.name).collect();
     failure.help(match nearest(&id.to_ascii_lowercase(), &choices) {

@@ -103,7 +103,7 @@ type Column = (&'static str, fn(&FrameReport) -> String);
 
 const TEXT: [Column; 9] = [
     ("time", |f| f.time.map_or_else(dash, |time| format!("{time:.4}"))),
-    ("triangles", |f| figures::count(f.triangles)),
+    ("triangles", |f| figures::count(f.instanced_triangles)),
     ("instances", |f| figures::count(f.instances)),
     ("trees", |f| figures::count(f.trees)),
     ("built", |f| if f.built == 0 { dash() } else { figures::count(f.built) }),
@@ -162,7 +162,7 @@ fn text(report: &SequenceReport, name: &str) -> String {
 const CSV: [Column; 13] = [
     ("time", |f| f.time.map_or_else(String::new, |time| time.to_string())),
     ("held", |f| f.held.to_string()),
-    ("triangles", |f| f.triangles.to_string()),
+    ("instanced_triangles", |f| f.instanced_triangles.to_string()),
     ("instances", |f| f.instances.to_string()),
     ("trees", |f| f.trees.to_string()),
     ("built", |f| f.built.to_string()),

@@ -52,7 +52,7 @@ struct NamedInfo {
 
 pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
     let terminal = &context.terminal;
-    let files = patterns::expand(&args.files, patterns::CACHES, "show")?;
+    let files = patterns::expand(&args.files, patterns::CACHES, "show", &context.terminal)?;
     let (entries, exit) = caches::each(&files, context, |path| {
         let head = caches::head(path, context)?;
         let info = FileInfo::new(&head.header, &head.sections, head.meta.as_ref().map(Into::into));

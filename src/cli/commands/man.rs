@@ -25,7 +25,9 @@ pub fn run(args: &ManArgs, context: &Context) -> Result<Exit, Failure> {
         let path = args.out.join(name);
         drawing::may_replace(&path)?;
         std::fs::write(&path, page).map_err(|e| failed(&path, &e))?;
-        context.terminal.result(&names::path(&path))?;
+        if !context.terminal.quiet {
+            context.terminal.result(&names::path(&path))?;
+        }
     }
     Ok(Exit::Success)
 }

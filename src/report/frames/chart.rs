@@ -59,7 +59,7 @@ mod tests {
             time: None,
             held: false,
             instances: 1,
-            triangles: 9,
+            instanced_triangles: 9,
             trees: 1,
             built,
             segment,

@@ -25,7 +25,7 @@ pub struct FrameReport {
     /// Instances.
     pub instances: u64,
     /// Triangles that a ray can hit: each mesh counted as often as it stands in the frame.
-    pub triangles: u64,
+    pub instanced_triangles: u64,
     /// Trees that it shows.
     pub trees: u64,
     /// Those that were built over the pose in which they are shown.
@@ -187,7 +187,7 @@ impl SequenceReport {
                 time: (flags & FrameRecord::TIMED != 0).then_some(time),
                 held: flags & FrameRecord::HELD != 0,
                 instances: view.instances.len() as u64,
-                triangles: triangles.sum(),
+                instanced_triangles: triangles.sum(),
                 trees: poses.len() as u64,
                 built: poses.iter().filter(|pose| pose.flags & PoseRecord::KEY != 0).count() as u64,
                 segment,

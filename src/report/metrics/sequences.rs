@@ -12,8 +12,8 @@ impl Measured for SequenceReport {
 static METRICS: [Metric<SequenceReport>; 12] = [
     Metric { name: "frames", about: "frames", value: |r| Some(r.frames.len() as f64) },
     Metric {
-        name: "triangles",
-        about: "triangles of the frame that has the most",
+        name: "instanced-triangles",
+        about: "triangles of the frame that has the most, those of every instance counted",
         value: |r| Some(r.triangles() as f64),
     },
     Metric { name: "topologies", about: "trees with different topologies", value: |r| Some(r.topologies as f64) },
@@ -55,7 +55,7 @@ static METRICS: [Metric<SequenceReport>; 12] = [
 impl SequenceReport {
     /// Triangles of the frame that has the most.
     pub fn triangles(&self) -> u64 {
-        self.frames.iter().map(|frame| frame.triangles).max().unwrap_or(0)
+        self.frames.iter().map(|frame| frame.instanced_triangles).max().unwrap_or(0)
     }
 }
 

@@ -61,7 +61,7 @@ const LEAST: u64 = 64;
 #[non_exhaustive]
 pub struct Report {
     /// Of the scene, instances counted.
-    pub triangles: u64,
+    pub instanced_triangles: u64,
     /// Rays that the oracle judged.
     pub fair_rays: u64,
     /// Of the hard sets likewise.
@@ -158,8 +158,8 @@ pub fn measure(
     exec: &Executor,
     progress: &dyn Progress,
 ) -> Result<Report, AccuracyError> {
-    let triangles = oracle.scene().instanced_triangles();
-    let judged = rays(sampler, measure.judged(triangles), measure.seed);
+    let instanced_triangles = oracle.scene().instanced_triangles();
+    let judged = rays(sampler, measure.judged(instanced_triangles), measure.seed);
     let mut tallies = judge::Tallies::new(view, oracle);
     for (fair, rays) in [(true, &judged.fair), (false, &judged.hard)] {
         for some in rays.chunks(CHUNK) {
@@ -184,7 +184,7 @@ pub fn measure(
         triangles_per_ray: pace.triangles_per_ray,
     });
     Ok(Report {
-        triangles,
+        instanced_triangles,
         fair_rays: judged.fair.len() as u64,
         hard_rays: judged.hard.len() as u64,
         timed_rays: timed.len() as u64,

@@ -8,7 +8,7 @@ impl Report {
         let (first, rest) = reports.split_first()?;
         let mut all = first.clone();
         for report in rest {
-            all.triangles += report.triangles;
+            all.instanced_triangles += report.instanced_triangles;
             all.fair_rays += report.fair_rays;
             all.hard_rays += report.hard_rays;
             all.timed_rays += report.timed_rays;

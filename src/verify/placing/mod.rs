@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Placed {
     /// Triangles looked at, once for each instance: all of them up to 2²⁴, else as many of each instance as come to that together, and one at least.
-    pub triangles: u64,
+    pub instanced_triangles: u64,
     /// Rounding, of the instance that it costs most; in the unit of its tree.
     pub loss: Loss,
     /// That instance, in the model's order.
@@ -66,7 +66,7 @@ pub fn placed(view: &View<'_>, scene: &Scene, exec: &Executor) -> Placed {
 
     let mut all = Placed { read: scene.rounding.loss, ..Placed::default() };
     for (instance, tally) in tallies {
-        all.triangles += tally.edges.len() as u64 + tally.astray;
+        all.instanced_triangles += tally.edges.len() as u64 + tally.astray;
         all.astray += tally.astray;
         let loss = tally.loss();
         if instance != UNKNOWN && (all.instance.is_none() || loss.is_more_than(&all.loss)) {

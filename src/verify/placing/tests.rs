@@ -26,7 +26,7 @@ fn a_file_of_its_own_model_is_right_however_it_is_laid_out() {
         let scene = GridScene::new(seed, 0).scene;
         for levels in [Levels::One, Levels::Two, Levels::Auto] {
             let placed = placed(&build(&scene, levels).view(), &scene, &Executor::sequential());
-            assert!(placed.is_right() && placed.triangles > 0, "seed {seed}: {placed:?}");
+            assert!(placed.is_right() && placed.instanced_triangles > 0, "seed {seed}: {placed:?}");
         }
     }
 }
@@ -63,7 +63,7 @@ fn rounding_that_takes_the_shape_is_told() {
     assert!(flat.loss.share > 0.5 && (0.1..0.5).contains(&flat.loss.farthest), "{flat:?}");
     for levels in [Levels::Auto, Levels::Two] {
         let beside = placed(&build(&scene, levels).view(), &scene, &Executor::sequential());
-        assert!(beside.is_right() && beside.triangles == 200 && beside.loss.farthest < 1e-6, "{beside:?}");
+        assert!(beside.is_right() && beside.instanced_triangles == 200 && beside.loss.farthest < 1e-6, "{beside:?}");
     }
     let read = Scene { rounding: crate::scene::Rounding { loss: flat.loss, ..Default::default() }, ..scene };
     assert!(!placed(&build(&read, Levels::Auto).view(), &read, &Executor::sequential()).is_right());
@@ -138,5 +138,5 @@ fn copies_in_another_order_are_right_and_a_missing_one_is_astray() {
     let mut other = scene.clone();
     other.instances[17].transform = Affine::translation([0.0, 5.0, 0.0]);
     let spoilt = placed(&build(&other, Levels::One).view(), &scene, &exec);
-    assert_eq!((spoilt.triangles, spoilt.astray), (120, 2), "{spoilt:?}");
+    assert_eq!((spoilt.instanced_triangles, spoilt.astray), (120, 2), "{spoilt:?}");
 }

@@ -47,7 +47,8 @@ pub fn run(
         first_mismatch: None,
     };
     let devices = std::iter::once(of(reference)).chain(others.iter().map(|d| of(d.as_ref()))).collect();
-    let oracle = OracleOutcome { triangles: subject.scene().instanced_triangles(), ..OracleOutcome::default() };
+    let oracle =
+        OracleOutcome { instanced_triangles: subject.scene().instanced_triangles(), ..OracleOutcome::default() };
     let start = Instant::now();
     let cost = plan.cost(&subject.oracle, &subject.sampler, subject.exec);
     let oracle = OracleOutcome { seconds: start.elapsed().as_secs_f64(), ..oracle };

@@ -45,7 +45,8 @@ pub fn expand(args: &BuildArgs, context: &Context) -> Result<Vec<Input>, Failure
         } else if args.frames.literal {
             inputs.push(plain(path.clone()));
         } else {
-            inputs.extend(patterns::matches(path, patterns::MODELS, "build")?.into_iter().map(plain));
+            inputs
+                .extend(patterns::matches(path, patterns::MODELS, "build", &context.terminal)?.into_iter().map(plain));
         }
     }
     let asks = match (&args.frames.frames, args.frames.missing) {

@@ -3,9 +3,9 @@
 use super::dependencies::nameable;
 use super::inputs;
 use super::options::NodeForm;
-use super::outcome::{Arrival, Built, Model, Times};
-use super::plan::{Job, same_file};
-use super::remarks::{Kind, Remark, Remarks, empty_frames, with_warnings};
+use super::outcome::{Arrival, Built, Model, Times, peak_memory};
+use super::plan::Job;
+use super::remarks::{Kind, Remark, Remarks, with_warnings};
 use super::{BuildArgs, Empty};
 use crate::build::BuildOptions;
 use crate::cache::keys::Recipe;
@@ -14,16 +14,17 @@ use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
-use crate::cli::figures;
 use crate::cli::heap;
+use crate::cli::identity::same_file;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::outputs;
 use crate::cli::progress::Bar;
 use crate::compile::{self, LaidOut};
 use crate::exec::Executor;
+use crate::report::effort::BuildEffort;
 use crate::report::file::FileReport;
-use crate::scene::{self, InputFile, Posed, ReadOptions, Scene};
+use crate::scene::{self, InputFile, Posed, ReadOptions, ReadReport, Scene};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -109,6 +110,7 @@ impl<'a> Workshop<'a> {
         warnings.extend(empty);
         warnings.iter().for_each(|warning| terminal.warn(&format!("{model}: {}", warning.text)));
         self.forgive(&model, &unasked)?;
+        self.tell_idle(&model, &read);
         if let Some(posed) = &posed {
             self.tell_moment(&model, posed);
         }
@@ -137,12 +139,13 @@ impl<'a> Workshop<'a> {
         let mut accel = compile::compile_sound(laid, &self.build, exec, &bar).map_err(|e| caches::build_failure(&e))?;
         give_back();
         let posed = arrival.posed.iter().map(ToString::to_string).collect();
-        let notes = [posed, std::mem::take(&mut accel.notes)].concat();
+        let mut notes = [posed, std::mem::take(&mut accel.notes)].concat();
         let mut image = Image::of_compiled(accel, exec).map_err(|e| caches::failure(&e))?;
         if NodeForm::any_compact(&self.args.nodes) {
             image.add_compact().map_err(|e| caches::failure(&e))?;
         }
         let build_time = start.elapsed() - read_time;
+        notes.extend(self.effort(start));
 
         bar.spin("writing");
         let meta = Meta { notes, ..cache::provenance(self.recipe.clone(), &inputs, &arrival.read) };
@@ -171,31 +174,12 @@ impl<'a> Workshop<'a> {
         Ok((made, Some(staged)))
     }
 
-    /// What was told when an output was built holds as long as it is up to date: where warnings are errors, a still model is read once more, and of a
-    /// sequence META has what was left out.
-    pub fn forgive_again(&self, job: &Job) -> Result<(), Failure> {
-        if !self.args.warnings_as_errors {
-            return Ok(());
-        }
-        if job.frames.is_none() {
-            return self.rehearse(job).map(drop);
-        }
-        let counts = caches::head(&job.output, self.context)?.meta.map_or_else(Vec::new, |meta| meta.read_counts);
-        let accepted = |name: &str| match name {
-            "unreferenced_positions" => true,
-            "degenerate_triangles" => self.accepts_degenerate(),
-            "unplayed_animations" => self.args.read.at_rest,
-            _ => false,
-        };
-        let told = |(name, count): &(String, u64)| {
-            let kind = if name == "degenerate_triangles" { Kind::WithoutArea } else { Kind::LeftOut };
-            let text =
-                || format!("{}: {} in the frame with most of them", name.replace('_', " "), figures::count(*count));
-            (*count > 0 && !accepted(name)).then(|| kind.remark(text()))
-        };
-        let mut told: Vec<Remark> = counts.iter().filter_map(told).collect();
-        told.extend(empty_frames(&job.output, self.context)?);
-        self.forgive(&names::path(&job.output), &told)
+    /// What the build took so far, as a note, where that was asked for.
+    pub(super) fn effort(&self, start: Instant) -> Option<String> {
+        let peak_memory = peak_memory().filter(|_| self.alone);
+        let threads = self.context.exec.threads() as u64;
+        let seconds = start.elapsed().as_secs_f64();
+        self.args.record_effort.then(|| BuildEffort { seconds, threads, peak_memory }.to_string())
     }
 
     /// Whether a policy for triangles without area was typed, so that they are no news.
@@ -228,6 +212,21 @@ impl<'a> Workshop<'a> {
     }
 
     /// Say which moment a model was posed at, and loudly where that is not quite what was asked for.
+    /// Name the extensions that were to be ignored and could not be: a misspelt name should not pass for a decision.
+    pub(super) fn tell_idle(&self, model: &str, report: &ReadReport) {
+        for name in self.read.ignore_extensions.iter().filter(|name| !report.ignored_extensions.contains(name)) {
+            let text = format!(
+                "{model}: --ignore-extension {} changes nothing, since the model does not list it or it moves no triangles",
+                names::escape(name)
+            );
+            // Among many models some may lack it.
+            match self.alone {
+                true => self.context.terminal.note(&text),
+                false => self.context.terminal.detail(&text),
+            }
+        }
+    }
+
     fn tell_moment(&self, model: &str, posed: &Posed) {
         let text = format!("{model}: {}", names::escape(&posed.to_string()));
         match posed.is_within() {

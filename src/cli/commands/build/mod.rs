@@ -1,7 +1,7 @@
 //! `bvhc build`: models in, cache files out.
 //!
 //! `options` are the flags that change the output, `inputs` what the arguments name, `frames` what patterns of frames stand for, `plan` decides what has to be done and why, `dependencies` tells build systems of what, `make` does it for one output, `publish` puts outputs in their places, `many` does it all for many outputs,
-//! `outcome` says what was done, `remarks` what did not arrive whole, and `sequence` makes one file of many frames.
+//! `outcome` says what was done, `remarks` what did not arrive whole, `remembered` what did not when an output was built that is up to date, and `sequence` makes one file of many frames.
 
 mod dependencies;
 mod frames;
@@ -13,6 +13,7 @@ mod outcome;
 mod plan;
 mod publish;
 mod remarks;
+mod remembered;
 mod sequence;
 
 use crate::cache::keys::Recipe;
@@ -32,7 +33,6 @@ use frames::FrameArgs;
 pub use frames::clip_of;
 use make::{Made, Workshop};
 use outcome::{Outcome, Status};
-pub use plan::same_file;
 use plan::{Job, Verdict};
 use publish::{SyncMode, put_all};
 use serde::Serialize;
@@ -78,6 +78,10 @@ pub struct BuildArgs {
     /// raw sequence (level usually 9) and zstd in a still file. A file does not say its level, so another level alone builds nothing: use --force or `bvhc convert`
     #[arg(long, value_name = "raw|zstd[:LEVEL]|compact[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
     pub codec: Codec,
+    /// Write into META what the build took, for `bvhc stats`: seconds, threads, and the peak memory of a model that is built alone. The file's bytes then differ from
+    /// run to run
+    #[arg(long)]
+    pub record_effort: bool,
     /// When outputs are put in their places, and what a power cut may do to them; a sequence always waits for the disk
     #[arg(long, value_enum, value_name = "WHEN", default_value = "each")]
     pub sync: SyncMode,
@@ -220,7 +224,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
     let (args, context) = (workshop.args, workshop.context);
     inputs::readable(job)?;
     outputs::is_no_pipe(&job.output)?;
-    args.read.suit(&job.input, job.bytes.as_deref())?;
+    args.read.suit(&job.input, job.bytes.as_deref(), args.frames.plays())?;
     dependencies::ask(job, args)?;
     let recipe = match &job.frames {
         Some(frames) => &sequence::recipe(workshop, frames),
@@ -233,7 +237,8 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
     let name = names::path(&job.output);
     let reason = match verdict {
         Verdict::UpToDate { build_key, inputs } if !args.force => {
-            workshop.forgive_again(job)?;
+            let warnings = workshop.remembered(job)?;
+            workshop.forgive_again(job, &warnings)?;
             if !args.dry_run {
                 dependencies::write(job, args, &inputs, &workshop.strays, &context.terminal)?;
                 if args.touch {
@@ -242,7 +247,7 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
             }
             let build_key = hex(&build_key);
             let line = format!("{name}  up to date (key {})", &build_key[..8]);
-            let outcome = Outcome { build_key: Some(build_key), ..Outcome::new(job, Status::UpToDate) };
+            let outcome = Outcome { build_key: Some(build_key), warnings, ..Outcome::new(job, Status::UpToDate) };
             return Ok(Settled::Done(Box::new(outcome), line));
         }
         Verdict::UpToDate { .. } => "forced".to_string(),
@@ -262,7 +267,8 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
             None => (Some(workshop.rehearse(job)?), String::new()),
         };
         let line = format!("{name}  would build{from}: {reason}{frames}");
-        let outcome = Outcome { reason: Some(reason), model, ..Outcome::new(job, Status::WouldBuild) };
+        let warnings = model.as_ref().map_or_else(Vec::new, |model| model.arrival.warnings.clone());
+        let outcome = Outcome { reason: Some(reason), model, warnings, ..Outcome::new(job, Status::WouldBuild) };
         return Ok(Settled::Done(Box::new(outcome), line));
     }
 
@@ -300,6 +306,7 @@ fn finish(job: &Job, settled: Settled, workshop: &Workshop) -> Result<(Outcome, 
     let outcome = Outcome {
         reason: Some(reason),
         build_key: Some(hex(&made.build_key)),
+        warnings: std::mem::take(&mut made.built.arrival.warnings),
         built: Some(made.built),
         ..Outcome::new(job, Status::Built)
     };

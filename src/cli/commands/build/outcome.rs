@@ -31,6 +31,8 @@ pub struct Outcome {
     pub build_key: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub built: Option<Built>,
+    /// What a warning says of the model; of an output that is up to date, what its META says was left out.
+    pub warnings: Vec<Remark>,
     /// What was read of a model that would be built.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<Model>,
@@ -115,7 +117,8 @@ pub struct Arrival {
     pub posed: Option<Posed>,
     /// What people are told of all this, one sentence each.
     pub remarks: Vec<String>,
-    /// Those of them that warn.
+    /// Those of them that warn, which the outcome has.
+    #[serde(skip)]
     pub warnings: Vec<Remark>,
 }
 
@@ -187,6 +190,7 @@ impl Outcome {
             reason: None,
             build_key: None,
             built: None,
+            warnings: Vec::new(),
             model: None,
             error: None,
         }
@@ -229,7 +233,7 @@ impl Built {
             top_nodes,
             trees: u64::from(header.blas_count),
             instances: u64::from(header.instance_count),
-            instanced_triangles: sequence.frames.iter().map(|frame| frame.triangles).sum(),
+            instanced_triangles: sequence.frames.iter().map(|frame| frame.instanced_triangles).sum(),
             max_depth: header.max_depth,
             sah: None,
             file_len: header.file_len,
@@ -245,7 +249,7 @@ impl Built {
     fn sequence_line(&self, job: &Job, sequence: &SequenceBuilt) -> String {
         let counted = figures::counted;
         let frames = sequence.frames.len() as u64;
-        let most = sequence.frames.iter().map(|frame| frame.triangles).max().unwrap_or(0);
+        let most = sequence.frames.iter().map(|frame| frame.instanced_triangles).max().unwrap_or(0);
         let took = figures::seconds(Duration::from_secs_f64(self.times.total_ms / 1e3));
         let each = bytes(self.file_len / frames.max(1));
         let taken = match sequence.taken {

@@ -1,6 +1,6 @@
 //! What has to be done: which output each input has, and whether it is up to date, judged by content and never by time stamps.
 
-use super::frames::{Frames, MOST_FRAMES, OneFrame, way_out};
+use super::frames::{Frames, MOST_FRAMES, OneFrame};
 use super::options::{NodeForm, nodes_change};
 use super::{BuildArgs, Empty};
 use crate::cache::keys::Recipe;
@@ -9,7 +9,10 @@ use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::identity::{Identity, same_file};
 use crate::cli::names;
+use crate::cli::numbered::way_out;
+use crate::cli::outputs;
 use crate::scene::Degenerate;
 use crate::scene::frames::Pattern;
 use std::collections::BTreeMap;
@@ -60,11 +63,7 @@ pub enum Verdict {
 pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
     let refuse = |fact: String| Failure::new(Exit::Usage, "cannot build").fact(fact);
     let named = args.output.as_deref();
-    let is_folder = |path: &Path| {
-        let last = path.as_os_str().as_encoded_bytes().last();
-        path.is_dir() || last.is_some_and(|b| *b == b'/' || *b == b'\\' && cfg!(windows))
-    };
-    let into_folder = named.is_some_and(is_folder);
+    let into_folder = named.is_some_and(outputs::is_folder);
     let pattern = pattern_of_output(args, &inputs, into_folder)?;
     let plays = args.frames.of_clip(args.read.model.clip.as_ref());
     if plays.is_some() && inputs.iter().any(|i| i.frame.is_some()) {
@@ -148,7 +147,7 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
         } else {
             named.map_or_else(|| input.with_extension("bvhc"), Path::to_owned)
         };
-        if let Some(other) = owners.insert(place(&output), input.clone()) {
+        if let Some(other) = owners.insert(outputs::place(&output), input.clone()) {
             if other == input {
                 return Err(refuse(format!("{} is named twice", names::path(&input))).help("name it once"));
             }
@@ -164,15 +163,6 @@ pub fn jobs(args: &BuildArgs, inputs: Vec<Input>) -> Result<Vec<Job>, Failure> {
         jobs.push(Job { bytes, frame, frames: plays.clone(), ..still(input, output) });
     }
     refuse_own_inputs(args, &[], jobs)
-}
-
-/// Where an output will be, by its folder's own name: two folders of which one is a link to the other are one place.
-fn place(output: &Path) -> PathBuf {
-    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    match (folder.canonicalize(), output.file_name()) {
-        (Ok(folder), Some(name)) => folder.join(name),
-        _ => output.to_owned(),
-    }
 }
 
 fn still(input: PathBuf, output: PathBuf) -> Job {
@@ -261,33 +251,6 @@ fn pattern_of_output(args: &BuildArgs, inputs: &[Input], into_folder: bool) -> R
         }
         Some(Ok(pattern)) => Ok(Some(pattern)),
     }
-}
-
-/// What tells existing files apart, whatever path leads to them. Links are followed.
-#[derive(PartialEq, Eq, PartialOrd, Ord)]
-enum Identity {
-    #[cfg(unix)]
-    Inode(u64, u64),
-    #[cfg(not(unix))]
-    Path(PathBuf),
-}
-
-impl Identity {
-    #[cfg(unix)]
-    fn of(path: &Path) -> Option<Identity> {
-        use std::os::unix::fs::MetadataExt;
-        path.metadata().ok().map(|file| Identity::Inode(file.dev(), file.ino()))
-    }
-
-    #[cfg(not(unix))]
-    fn of(path: &Path) -> Option<Identity> {
-        path.canonicalize().ok().map(Identity::Path)
-    }
-}
-
-/// Do two paths lead to one existing file?
-pub fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((Identity::of(a), Identity::of(b)), (Some(a), Some(b)) if a == b)
 }
 
 /// What is built whatever its output is like: nothing is read to find out.

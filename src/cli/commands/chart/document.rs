@@ -44,6 +44,7 @@ pub struct Outputs {
 struct ModelDocument<'a> {
     path: String,
     triangles: u64,
+    instanced_triangles: u64,
     command: String,
     #[serde(flatten)]
     recipes: &'a TradeOff,
@@ -99,6 +100,7 @@ impl<'a> Document<'a> {
                     models.push(ModelDocument {
                         path: model.path.to_string_lossy().into_owned(),
                         triangles: model.triangles,
+                        instanced_triangles: model.instanced_triangles,
                         command,
                         recipes: &model.recipes,
                         arithmetic: model.arithmetic.as_ref().ok().map(shown),

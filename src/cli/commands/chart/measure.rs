@@ -35,8 +35,10 @@ pub struct Sequence {
 /// What was measured of one model.
 pub struct Model {
     pub path: PathBuf,
-    /// Of the scene, instances counted.
+    /// Of the scene's meshes, each counted once.
     pub triangles: u64,
+    /// Each mesh counted as often as it stands in the scene.
+    pub instanced_triangles: u64,
     pub recipes: TradeOff,
     pub arithmetic: Result<Arithmetic, Missing>,
     /// The forms of one of the trees, and by which recipe those are; nothing where there was no time.
@@ -151,8 +153,11 @@ fn model(
         });
         return Err(failed.unwrap_or_else(Failure::interrupted));
     }
-    let (path, triangles) = (path.to_owned(), scene.instanced_triangles());
-    Ok(Charted::Model(Box::new(Model { path, triangles, recipes: measured, arithmetic, forms })))
+    let path = path.to_owned();
+    let (triangles, instanced_triangles) =
+        (scene.meshes.iter().map(|mesh| mesh.triangles.len() as u64).sum(), scene.instanced_triangles());
+    let recipes = measured;
+    Ok(Charted::Model(Box::new(Model { path, triangles, instanced_triangles, recipes, arithmetic, forms })))
 }
 
 /// The forms of the trees that were kept.

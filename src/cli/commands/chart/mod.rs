@@ -78,7 +78,7 @@ pub struct ChartArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: Option<u32>,
     /// Rays in each of three sets by which the cost of a ray is counted, from four cameras around the scene or each frame
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000), default_value_t = 4096)]
+    #[arg(long, value_name = "N", value_parser = some_rays, default_value = "4096")]
     rays: u32,
     /// Rays that judge other arithmetics; 0 leaves that picture out
     #[arg(long, value_name = "N", value_parser = figures::parse_count, default_value = "20k")]
@@ -96,6 +96,14 @@ const EXAMPLES: &str = "Examples:
   bvhc chart rock.glb --peer obvhs=target/obvhs-parallel/release/obvhs_worker -o rock.html
   bvhc chart --stability -o stability.html
   bvhc chart --stability=hall,needles --sizes 1000,8000";
+
+/// What rays cost is told by some at least.
+fn some_rays(text: &str) -> Result<u32, String> {
+    match figures::parse_rays(text)? {
+        0 => Err("no ray tells what rays cost; write 1 or more".to_string()),
+        count => Ok(count),
+    }
+}
 
 /// Triangles of a scene in its two forms.
 #[derive(Clone, Copy, Debug)]
@@ -131,7 +139,10 @@ pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
         return stability::run(asked, args, context);
     }
     let recipes = recipes::all(&args.recipes)?;
-    let args = &ChartArgs { models: patterns::expand(&args.models, patterns::MODELS, "chart")?, ..args.clone() };
+    let args = &ChartArgs {
+        models: patterns::expand(&args.models, patterns::MODELS, "chart", &context.terminal)?,
+        ..args.clone()
+    };
     output::may_write(args)?;
 
     // From here on a signal waits until what is measured is written. The mutex is held to the end, also while the document is printed.

@@ -77,7 +77,7 @@ pub fn left_out(charted: &Charted) -> Option<String> {
 
 fn recipes(model: &Model, args: &ChartArgs, context: &Context) -> Section {
     let rows = &model.recipes.recipes;
-    let triangles = figures::counted(model.triangles, "triangle", "triangles");
+    let triangles = figures::counted(model.instanced_triangles, "triangle", "triangles");
     let title = format!("Build time against ray cost: {}, {triangles}", name(&model.path));
     let columns = [
         ("recipe", Cell::Name),
@@ -264,7 +264,7 @@ fn sequence(measured: &Sequence, args: &ChartArgs) -> Section {
     let cells = |(frame, seconds): (&FrameReport, &f64)| {
         vec![
             frame.number.to_string(),
-            figures::count(frame.triangles),
+            figures::count(frame.instanced_triangles),
             figures::count(frame.trees),
             figures::count(frame.built),
             frame.segment.to_string(),

@@ -87,7 +87,7 @@ pub fn run(args: &CheckArgs, context: &Context) -> Result<Exit, Failure> {
     args.reading.suits(args.source.as_ref())?;
     let level = level(args)?;
     let (mut verdicts, mut exits) = (Vec::new(), Vec::new());
-    for path in &patterns::expand(&args.files, patterns::CACHES, "check")? {
+    for path in &patterns::expand(&args.files, patterns::CACHES, "check", &context.terminal)? {
         match check(path, level, args, context) {
             Ok(report) => {
                 let (verdict, exit) = judge(path, report, args);
@@ -143,6 +143,7 @@ fn check(path: &Path, level: Level, args: &CheckArgs, context: &Context) -> Resu
     if head.header.has(tree_flags::SEQUENCE) {
         return frames::check(path, bytes, model, args, &limits, context);
     }
+    let model = &patterns::one(model, patterns::MODELS, "compare with", &context.terminal)?;
     let two_levels = head.header.has(tree_flags::TWO_LEVEL);
     let has_vertices = head.sections.iter().any(|section| section.kind == SectionKind::VERT);
     let stated = Stated { meta: head.meta.as_ref(), two_levels, has_vertices };

@@ -6,10 +6,12 @@ use crate::cli::figures;
 use crate::cli::names;
 use crate::cli::paragraph;
 use crate::cli::table::Table;
+use crate::report::effort::BuildEffort;
 use crate::report::families::FamilyReport;
 use crate::report::file::{BlasSpread, Extreme, FileReport};
 use crate::report::rays::{RayReport, SetReport};
-use crate::report::stats::TreeReport;
+use crate::report::stats::TopReport;
+use crate::size::bytes;
 use crate::trace::probe::{Family, SETS};
 use std::path::PathBuf;
 
@@ -34,7 +36,7 @@ const ROWS: [Row; 14] = [
 ];
 
 /// One of a two-level file's top level.
-type TopRow = (&'static str, fn(&FileReport, &TreeReport) -> String);
+type TopRow = (&'static str, fn(&FileReport, &TopReport) -> String);
 
 const TOP_ROWS: [TopRow; 6] = [
     ("instances", |r, _| figures::count(r.instances)),
@@ -58,6 +60,11 @@ const SPREAD_ROWS: [SpreadRow; 5] = [
 
 /// One of what a set of rays does.
 type RayRow = (&'static str, fn(&SetReport) -> f64);
+
+const EFFORT_ROWS: [(&str, fn(&BuildEffort) -> String); 2] = [
+    ("build time", |e| format!("{:.3} s ({})", e.seconds, figures::counted(e.threads, "thread", "threads"))),
+    ("build memory", |e| e.peak_memory.map_or_else(dash, |peak| bytes(peak).to_string())),
+];
 
 const RAY_ROWS: [RayRow; 5] = [
     ("  visits", |s| s.visits),
@@ -129,6 +136,11 @@ pub fn text(reports: &[FileReport], paths: &[PathBuf], depths: bool) -> String {
         }
     }
 
+    if reports.iter().any(|r| r.effort.is_some()) {
+        for (label, cell) in EFFORT_ROWS {
+            table.row(label, reports.iter().map(|r| r.effort.as_ref().map_or_else(dash, cell)));
+        }
+    }
     if reports.iter().any(|r| r.rays.is_some()) {
         ray_rows(&mut table, reports);
     }

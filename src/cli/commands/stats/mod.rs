@@ -41,7 +41,7 @@ pub struct StatsArgs {
     frames: bool,
     /// Rays in each of three sets by which the cost of a ray is counted, from four cameras around the scene or each frame, and in each family of rays; 0 traces none, and a
     /// million is the most [default: 0, with --frames and of sequences 1024, with --compare 4096]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = figures::parse_rays)]
     rays: Option<u32>,
     /// With --frames: build each frame's trees anew by the recipe in the file, and count what the same rays cost there
     #[arg(long, requires = "frames")]
@@ -98,7 +98,7 @@ struct Document<'a> {
 }
 
 pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
-    let files = patterns::expand(&args.files, patterns::CACHES, "measure")?;
+    let files = patterns::expand(&args.files, patterns::CACHES, "measure", &context.terminal)?;
     if args.compare && files.len() != 2 {
         return Err(Failure::new(
             Exit::Usage,
@@ -130,7 +130,6 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
         paths.push(path.to_path_buf());
         let (name, view) = (path.to_string_lossy().into_owned(), opened.view());
         let epo = args.epo.unwrap_or(Epo::Auto).mode().map(|mode| EpoReport::of_view(&view, mode, &context.exec));
-        let notes = opened.meta().map_or_else(Vec::new, |meta| meta.notes.clone());
         let rays = (count > 0).then(|| RayReport::of_view(&view, count, &context.exec));
         let families = match count {
             // What changed is told of the three sets.
@@ -138,8 +137,8 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
             _ if args.compare => Vec::new(),
             count => FamilyReport::of_view(&view, count, &context.exec),
         };
-        let report =
-            FileReport { epo, rays, families, notes, ..FileReport::of_view(name, opened.header().file_len, &view) };
+        let report = FileReport { epo, rays, families, ..FileReport::of_view(name, opened.header().file_len, &view) };
+        let report = report.with_notes(opened.meta().map_or(&[], |meta| &meta.notes));
         Ok(match opened.compact() {
             Some(trees) => report.with_compact(&trees),
             None => report,

@@ -21,6 +21,7 @@ use std::path::Path;
 #[derive(Serialize)]
 struct Document<'a> {
     schema: &'static str,
+    exit_code: u8,
     seed: u64,
     files: &'a [Entry<Measured>],
     /// With several files: errors added up, speeds and visits as geometric means.
@@ -40,7 +41,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     let full = Measure::default();
     let rays = args.rays.unwrap_or(full.rays);
     let how = Measure { rays, timed: full.timed.min(rays), seed: args.seed, ..full };
-    let named = patterns::expand(&args.files, patterns::CACHES, "verify")?;
+    let named = patterns::expand(&args.files, patterns::CACHES, "verify", &context.terminal)?;
     let (files, exit) = caches::each(&named, context, |path| {
         let report = one(path, args, &how, context)?;
         let measured = Measured { path: path.to_string_lossy().into_owned(), report };
@@ -55,8 +56,16 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         [one] => names::path(one),
         several => format!("{} files", several.len()),
     };
+    let ours_is_right = reports.iter().all(|r| r.ours().fair.wrong() + r.ours().hard.wrong() == 0);
+    let exit = if exit == Exit::Success && !ours_is_right { Exit::Negative } else { exit };
     if context.terminal.json {
-        let document = Document { schema: "bvhc.accuracy.v1", seed: args.seed, files: &files, all: all.as_ref() };
+        let document = Document {
+            schema: "bvhc.accuracy.v1",
+            exit_code: exit.code(),
+            seed: args.seed,
+            files: &files,
+            all: all.as_ref(),
+        };
         context.terminal.document(&document)?;
     } else if let Some(all) = &all {
         context.terminal.print(&text(&format!("{} files together", reports.len()), all))?;
@@ -64,8 +73,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     if let (Some(path), Some(report)) = (&args.svg, all.as_ref().or(reports.first())) {
         drawing::draw(path, &chart(&subject, report))?;
     }
-    let ours_is_right = reports.iter().all(|r| r.ours().fair.wrong() + r.ours().hard.wrong() == 0);
-    Ok(if exit == Exit::Success && !ours_is_right { Exit::Negative } else { exit })
+    Ok(exit)
 }
 
 fn one(path: &Path, args: &VerifyArgs, how: &Measure, context: &Context) -> Result<Report, Failure> {
@@ -100,7 +108,7 @@ fn text(name: &str, report: &Report) -> String {
     let count = |n: u64| figures::count(n);
     format!(
         "{name}: {} triangles; {} fair and {} hard rays judged; {} fair rays timed {} times on one thread\n\n{}\n",
-        count(report.triangles),
+        count(report.instanced_triangles),
         count(report.fair_rays),
         count(report.hard_rays),
         count(report.timed_rays),

@@ -10,11 +10,13 @@ use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
+use crate::cli::patterns;
 use crate::cli::progress::Bar;
 use crate::cli::source::{self, Stated};
 use crate::compile::{self, LaidOut};
 use crate::geom::Affine;
 use crate::layout::max_depth;
+use crate::scene::frames::ranges;
 use crate::scene::{Instance, Scene};
 use crate::verify::{Cpu, Outcome, Placed, Plan, Subject, VerifyError, is_of_model, placed, scene_of_file};
 use std::path::{Path, PathBuf};
@@ -82,21 +84,15 @@ pub fn verify_frames(
     cache::sound_sequence(path, &caches::options(context), &context.exec).map_err(|e| caches::failure(&e))?;
     let sequence = caches::open_sequence(path, context)?;
     let numbers: Vec<i32> = sequence.frames().iter().map(|frame| frame.number).filter(|n| frames.has(*n)).collect();
-    if numbers.is_empty() {
-        let ends = sequence.frames().first().zip(sequence.frames().last());
-        let ends = ends.map_or_else(|| "none".into(), |(a, b)| format!("frames {} to {}", a.number, b.number));
-        let asked = match frames {
-            Frames::Some(asked) => asked.list().first().map(|number| format!("frame {number} is not in the file")),
-            _ => None,
-        };
-        let asked = asked.unwrap_or_else(|| "no frame is asked for that is in the file".into());
+    let absent: Vec<i32> = match frames {
+        Frames::Some(asked) => asked.list().iter().copied().filter(|n| sequence.numbered(*n).is_none()).collect(),
+        Frames::All => Vec::new(),
+    };
+    if numbers.is_empty() || !absent.is_empty() {
+        let there: Vec<i32> = sequence.frames().iter().map(|frame| frame.number).collect();
         return Err(Failure::new(Exit::Usage, format!("cannot verify {}", names::path(path)))
-            .fact(format!("{asked}; it has {ends}")));
-    }
-    if let Frames::Some(asked) = frames
-        && let Some(absent) = asked.list().iter().find(|number| !numbers.contains(number))
-    {
-        context.terminal.warn(&format!("{}: there is no frame {absent}", names::path(path)));
+            .fact(format!("not in the file: frame {}; it has {}", ranges(&absent), ranges(&there)))
+            .help("take those that are there: --frame all"));
     }
     // What is a million rays for a still file is shared by the frames.
     let rays = args.rays.unwrap_or_else(|| (plan.rays / numbers.len() as u64).max(LEAST_RAYS));
@@ -208,6 +204,7 @@ pub fn scene_for(cache: &Cache, path: &Path, args: &VerifyArgs, context: &Contex
         })?;
         return Ok(Held { scene, placed: None });
     };
+    let model = &patterns::one(model, patterns::MODELS, "compare with", &context.terminal)?;
     let meta_missing = cache.meta().is_none();
     // Rays meet no numbers of vertices.
     let stated = Stated { meta: cache.meta(), two_levels: !cache.view().tlas_nodes.is_empty(), has_vertices: false };

@@ -210,7 +210,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         exits: Vec::new(),
         frames: FrameSum::default(),
     };
-    for path in &patterns::expand(&args.files, patterns::CACHES, "verify")? {
+    for path in &patterns::expand(&args.files, patterns::CACHES, "verify", &context.terminal)? {
         let mut start = Instant::now();
         // A sequence is verified frame by frame, whether or not it was asked for.
         let whole = args.source.is_none() && caches::is_sequence(path, context);

@@ -64,7 +64,7 @@ struct DeviceAnswer {
 
 pub fn run(ray: &Ray, args: &VerifyArgs, bench: &Bench, context: &Context) -> Result<Exit, Failure> {
     let (mut files, mut exits) = (Vec::new(), Vec::new());
-    for path in &patterns::expand(&args.files, patterns::CACHES, "verify")? {
+    for path in &patterns::expand(&args.files, patterns::CACHES, "verify", &context.terminal)? {
         match one(path, ray, args, bench, context) {
             Ok(replayed) => {
                 if !context.terminal.json {

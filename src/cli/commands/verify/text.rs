@@ -133,7 +133,7 @@ fn oracle(oracle: &OracleOutcome, rays: u64) -> String {
     tested
         + &format!(
             "brute force over {} triangles judges {all} {}: {} missed, {} farther, {} false; {}, {} grazing, {} unsure; {}\n",
-            figures::count(oracle.triangles),
+            figures::count(oracle.instanced_triangles),
             figures::counted(oracle.rays, "ray", "rays"),
             figures::count(oracle.missed),
             figures::count(oracle.farther),
@@ -148,7 +148,7 @@ fn oracle(oracle: &OracleOutcome, rays: u64) -> String {
 /// How the triangles stand to the model's.
 pub fn placing(placed: &Placed) -> String {
     let Placed { loss, read, astray, .. } = placed;
-    let triangles = figures::counted(placed.triangles, "triangle", "triangles");
+    let triangles = figures::counted(placed.instanced_triangles, "triangle", "triangles");
     let rounded = |what: &str, loss: &Loss| {
         let (share, most) = (100.0 * loss.share, 100.0 * Loss::MOST);
         let share = if share < 0.01 { "less than 0.01".to_owned() } else { format!("{share:.2}") };

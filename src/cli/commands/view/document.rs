@@ -1,5 +1,6 @@
 //! What `bvhc view` says about its pictures, as text and as JSON.
 
+use crate::cli::failure::Entry;
 use crate::cli::figures;
 use crate::report::outline::OutlineNode;
 use crate::report::picture::{DifferenceFigures, Figures, Scale, Spread};
@@ -11,22 +12,29 @@ use serde::Serialize;
 pub struct Document<'a> {
     pub schema: &'static str,
     pub exit_code: u8,
-    /// The picture that was written.
-    pub output: Option<String>,
-    pub picture: Option<PictureReport>,
-    pub tree: Option<TreeReport<'a>>,
+    /// One a file; one of two files that are compared.
+    pub views: &'a [Entry<ViewReport>],
 }
 
-#[derive(Serialize)]
-pub struct TreeReport<'a> {
+/// A picture, a page or an outline.
+#[derive(Debug, Serialize)]
+pub struct ViewReport {
+    /// The picture or page that was written.
+    pub output: Option<String>,
+    pub picture: Option<PictureReport>,
+    pub tree: Option<TreeReport>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct TreeReport {
     pub path: String,
     pub frame: Option<i32>,
     /// What the nodes hold: triangles below a `tree`, instances below a `top`.
     pub of: &'static str,
-    pub nodes: &'a [OutlineNode],
+    pub nodes: Vec<OutlineNode>,
 }
 
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 pub struct PictureReport {
     pub shade: &'static str,
     /// Pixels of one picture.
@@ -44,7 +52,7 @@ pub struct PictureReport {
     pub difference: Option<DifferenceFigures>,
 }
 
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 pub struct CameraReport {
     eye: [f64; 3],
     target: [f64; 3],
@@ -53,14 +61,14 @@ pub struct CameraReport {
     angle: f64,
 }
 
-#[derive(Clone, Copy, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct BoxesReport {
     pub level: u32,
     /// How many were drawn, of the first file.
     pub count: u64,
 }
 
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 pub struct PicturedFile {
     pub path: String,
     pub frame: Option<i32>,

@@ -5,8 +5,9 @@ mod letters;
 mod options;
 mod outline;
 mod page;
+mod serve;
 
-use self::document::{BoxesReport, Document, PictureReport, PicturedFile, TreeReport};
+use self::document::{BoxesReport, Document, PictureReport, PicturedFile, TreeReport, ViewReport};
 use self::letters::Colours;
 use self::options::{Film, Stand};
 use crate::cache::View;
@@ -16,6 +17,8 @@ use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
+use crate::cli::outputs;
+use crate::cli::patterns;
 use crate::report::outline::Outline;
 use crate::report::picture::{
     Canvas, Difference, Figures, Lens, Scale, Shade, Shot, Subtree, beside, boxes, heading, stacked,
@@ -23,41 +26,212 @@ use crate::report::picture::{
 use crate::size::bytes;
 use crate::trace::Malformed;
 use crate::trace::probe::Camera;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use self::options::ViewArgs;
 
+/// One picture, page or outline: of a file, or of two that are compared.
+struct Job<'a> {
+    files: &'a [PathBuf],
+    output: Option<&'a Path>,
+    args: &'a ViewArgs,
+    context: &'a Context,
+}
+
 pub fn run(args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
-    let wanted = if args.compare { 2 } else { 1 };
-    if args.files.len() != wanted {
-        let [needs, help] = match args.compare {
-            true => ["--compare takes two files", "bvhc view --compare A B -o PNG"],
-            false => ["one file makes a picture", "compare two: bvhc view --compare A B -o PNG"],
+    let files = patterns::expand(&args.files, patterns::CACHES, "view", &context.terminal)?;
+    if args.compare && files.len() != 2 {
+        return Err(Failure::new(Exit::Usage, format!("cannot compare {} files", files.len()))
+            .fact("--compare takes two files")
+            .help("bvhc view --compare A B -o PNG"));
+    }
+    let goes_nowhere = args.output.is_none() && args.html.is_none() && !args.tree;
+    if let Some(port) = args.port(goes_nowhere && !args.terminal, context) {
+        return match files.len() {
+            1 | 2 if args.compare || files.len() == 1 => serve::run(&files, port, args, context),
+            count => Err(Failure::new(Exit::Usage, format!("cannot serve {count} files"))
+                .fact("a page shows one file, or two that are compared")
+                .help("name one of them, or add --compare")),
         };
-        return Err(Failure::new(Exit::Usage, format!("cannot view {} files", args.files.len()))
-            .fact(needs)
-            .help(help));
     }
-    if args.tree {
-        return with_view(&args.files[0], args, context, &mut |view| tree(view, args, context));
-    }
-    if let Some(output) = &args.html {
-        return page::run(output, args, context);
-    }
-    if args.output.is_none() && !args.terminal && !context.terminal.json {
+    if goes_nowhere && !args.terminal && !context.terminal.json {
         return Err(Failure::new(Exit::Usage, "cannot show a picture nowhere")
             .fact("a picture goes to a file or to the terminal")
-            .help("name a file with -o PICTURE.png, or take --html PAGE.html, --terminal or --tree"));
+            .help("name a file with -o PICTURE.png, or take --html PAGE.html, --serve, --terminal or --tree"));
     }
-    if let Some(output) = &args.output {
+    let of_one = if args.compare { 2 } else { 1 };
+    let named = args.output.as_ref().or(args.html.as_ref());
+    let outputs = named.map(|named| outputs_of(&files, named, args)).transpose()?;
+    let firsts: Vec<PathBuf> = files.iter().step_by(of_one).cloned().collect();
+    let mut jobs = files.chunks(of_one).enumerate();
+    let (views, exit) = caches::each(&firsts, context, |_| {
+        let (at, files) = jobs.next().unwrap_or((0, &files));
+        let output = outputs.as_ref().and_then(|outputs| outputs.get(at)).map(PathBuf::as_path);
+        let job = Job { files, output, args, context };
+        output.zip(named).map_or(Ok(()), |(output, named)| outputs::make_folder(output, named))?;
+        if firsts.len() > 1 && (args.tree || args.terminal) && !context.terminal.json {
+            context.terminal.print(&format!("{}:\n", names::path(&files[0])))?;
+        }
+        job.run()
+    });
+    if context.terminal.json {
+        context.terminal.document(&Document { schema: "bvhc.view.v1", exit_code: exit.code(), views: &views })?;
+    }
+    Ok(exit)
+}
+
+/// What is written of each file, or of both that are compared.
+fn outputs_of(files: &[PathBuf], named: &Path, args: &ViewArgs) -> Result<Vec<PathBuf>, Failure> {
+    let (extension, kinds, help): (_, &[&str], _) = match args.html {
+        None => ("png", &["png"], "name it *.png; a page for browsers is made by --html PAGE.html"),
+        Some(_) => ("html", &["html", "htm"], "name it *.html; a picture is made by -o PICTURE.png"),
+    };
+    let outputs = match args.compare {
+        true => vec![named.to_owned()],
+        false => outputs::of_each(files, named, extension, "view").map_err(|failure| match files {
+            [_, _] if args.html.is_none() && !outputs::is_folder(named) => {
+                let folder = names::path(named);
+                failure
+                    .help(format!("write -o {folder}/ for a picture of each, or bvhc view --compare A B -o {folder}"))
+            }
+            _ => failure,
+        })?,
+    };
+    for output in &outputs {
         drawing::may_replace(output)?;
-        drawing::suits(output, &["png"], "name it *.png; a page for browsers is made by --html PAGE.html")?;
+        drawing::suits(output, kinds, help)?;
     }
-    match &args.files[..] {
-        [first, second] => with_view(first, args, context, &mut |first| {
-            with_view(second, args, context, &mut |second| picture(&[first, second], args, context))
-        }),
-        _ => with_view(&args.files[0], args, context, &mut |view| picture(&[view], args, context)),
+    Ok(outputs)
+}
+
+impl Job<'_> {
+    fn run(&self) -> Result<ViewReport, Failure> {
+        let (files, args, context) = (self.files, self.args, self.context);
+        if args.tree {
+            return with_view(&files[0], args, context, &mut |view| self.tree(view));
+        }
+        if let (Some(output), Some(_)) = (self.output, &args.html) {
+            return page::make(files, output, args, context);
+        }
+        match files {
+            [first, second] => with_view(first, args, context, &mut |first| {
+                with_view(second, args, context, &mut |second| self.picture(&[first, second]))
+            }),
+            _ => with_view(&files[0], args, context, &mut |view| self.picture(&[view])),
+        }
+    }
+
+    fn tree(&self, view: &View<'_>) -> Result<ViewReport, Failure> {
+        let (args, terminal) = (self.args, &self.context.terminal);
+        let outline = Outline::of_view(view, args.root, args.depth);
+        let outline = outline.ok_or_else(|| no_node(args.root.unwrap_or(0), view))?;
+        if !terminal.json {
+            terminal.print(&outline::text(&outline))?;
+        }
+        let path = self.files[0].to_string_lossy().into_owned();
+        let tree = TreeReport { path, frame: args.frame, of: outline.of, nodes: outline.nodes };
+        Ok(ViewReport { output: None, picture: None, tree: Some(tree) })
+    }
+
+    fn picture(&self, views: &[&View<'_>]) -> Result<ViewReport, Failure> {
+        let (args, context) = (self.args, self.context);
+        let part = match args.root {
+            None => None,
+            Some(root) => Some(Subtree::of(views[0], root).ok_or_else(|| no_node(root, views[0]))?),
+        };
+        let below = part.as_ref().map(|part| part.view(views[0]));
+        let views: Vec<&View<'_>> = below.as_ref().map_or_else(|| views.to_vec(), |below| vec![below]);
+
+        let size = match args.terminal {
+            true => Film { width: 80, height: 44 },
+            false => Film { width: 1280, height: 800 },
+        };
+        let film = args.size.unwrap_or(size);
+        let shade = args.shade.unwrap_or(if args.compare { Shade::Cost } else { Shade::Lit });
+        let camera = camera(views[0], &film, args, context);
+        let fine = usize::from(args.samples);
+        let lens = Lens::new(&camera, film.width * fine, film.height * fine);
+        let shots: Result<Vec<Shot>, Malformed> =
+            views.iter().map(|view| Shot::take(view, &lens, &context.exec)).collect();
+        let shots = shots.map_err(malformed)?;
+
+        let scale = shade.scale(&shots.iter().collect::<Vec<_>>(), args.scale);
+        let difference = match &shots[..] {
+            [first, second] => Some(Difference::of(first, second, shade)),
+            _ => None,
+        };
+        let mut panels = Vec::new();
+        let mut drawn = None;
+        for (shot, view) in shots.iter().zip(&views) {
+            let mut canvas = shade.paint(shot, scale.as_ref()).shrunk(fine);
+            if let Some(level) = args.boxes {
+                let boxes = boxes::boxes(view, level).map_err(malformed)?;
+                boxes::draw(&mut canvas, shot, &boxes);
+                drawn.get_or_insert(BoxesReport { level, count: boxes.len() as u64 });
+            }
+            panels.push((canvas, scale.clone()));
+        }
+        if let Some(difference) = &difference {
+            let scale = difference.scale(None);
+            panels.push((difference.paint(&scale).shrunk(fine), Some(scale)));
+        }
+
+        let file = |(path, shot): (&std::path::PathBuf, &Shot)| PicturedFile {
+            path: path.to_string_lossy().into_owned(),
+            frame: args.frame,
+            figures: Figures::of(shot),
+        };
+        let report = PictureReport {
+            shade: shade.name(),
+            width: film.width,
+            height: film.height,
+            samples: args.samples,
+            camera: (&camera).into(),
+            scale: scale.as_ref().map(|scale| scale.most),
+            root: args.root,
+            boxes: drawn,
+            files: self.files.iter().zip(&shots).map(file).collect(),
+            difference: difference.map(|d| d.figures),
+        };
+        self.show(&panels, report)
+    }
+
+    /// Write or print the panels, and tell what they show.
+    fn show(&self, panels: &[(Canvas, Option<Scale>)], report: PictureReport) -> Result<ViewReport, Failure> {
+        let (args, terminal) = (self.args, &self.context.terminal);
+        let named = names::headings(&self.files.iter().map(PathBuf::as_path).collect::<Vec<_>>());
+        let mut written = None;
+        if let Some(path) = self.output {
+            let titles = named.iter().map(String::as_str).chain(["difference"]);
+            let whole = |((canvas, scale), title): (&(Canvas, Option<Scale>), &str)| {
+                let mut parts = Vec::new();
+                if args.compare {
+                    parts.push(heading(canvas.width(), title));
+                }
+                parts.push(canvas.clone());
+                parts.extend(scale.as_ref().map(|scale| scale.strip(canvas.width())));
+                stacked(&parts)
+            };
+            let all: Vec<Canvas> = panels.iter().zip(titles).map(whole).collect();
+            let canvas = beside(&all);
+            let length = bytes(drawing::picture(path, &canvas)?);
+            let size = format!("{} x {} pixels", canvas.width(), canvas.height());
+            written = Some(format!("{}  {size}, {length}\n", names::path(path)));
+        }
+        if args.terminal {
+            let colours = Colours::of(terminal.wants_colour(), |name| std::env::var(name).ok());
+            for (canvas, scale) in panels {
+                terminal.print(&colours.text(canvas))?;
+                if let Some(scale) = scale {
+                    terminal.print(&document::legend(scale))?;
+                }
+            }
+        }
+        if !terminal.quiet && !terminal.json {
+            terminal.print(&(written.unwrap_or_default() + &report.text(&named)))?;
+        }
+        let output = self.output.map(|path| path.to_string_lossy().into_owned());
+        Ok(ViewReport { output, picture: Some(report), tree: None })
     }
 }
 
@@ -66,8 +240,8 @@ fn with_view(
     path: &Path,
     args: &ViewArgs,
     context: &Context,
-    then: &mut dyn FnMut(&View<'_>) -> Result<Exit, Failure>,
-) -> Result<Exit, Failure> {
+    then: &mut dyn FnMut(&View<'_>) -> Result<ViewReport, Failure>,
+) -> Result<ViewReport, Failure> {
     let Some(number) = args.frame else {
         if caches::is_sequence(path, context) {
             return Err(Failure::new(Exit::Usage, format!("cannot view {}", names::path(path)))
@@ -88,87 +262,9 @@ fn no_node(root: u64, view: &View<'_>) -> Failure {
         .help("see which there are: bvhc view FILE --tree")
 }
 
-fn tree(view: &View<'_>, args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
-    let outline = Outline::of_view(view, args.root, args.depth);
-    let Some(outline) = outline else { return Err(no_node(args.root.unwrap_or(0), view)) };
-    if !context.terminal.json {
-        context.terminal.print(&outline::text(&outline))?;
-        return Ok(Exit::Success);
-    }
-    let path = args.files[0].to_string_lossy().into_owned();
-    let tree = Some(TreeReport { path, frame: args.frame, of: outline.of, nodes: &outline.nodes });
-    document(&Document { schema: "bvhc.view.v1", exit_code: 0, output: None, picture: None, tree }, context)
-}
-
-fn document(document: &Document<'_>, context: &Context) -> Result<Exit, Failure> {
-    context.terminal.document(document)?;
-    Ok(Exit::Success)
-}
-
 /// Checked records are a tree, so only a bug of the check ends here.
 fn malformed(error: Malformed) -> Failure {
     Failure::new(Exit::Negative, "cannot trace the picture").fact(error.to_string()).help("bvhc check FILE")
-}
-
-fn picture(views: &[&View<'_>], args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
-    let part = match args.root {
-        None => None,
-        Some(root) => Some(Subtree::of(views[0], root).ok_or_else(|| no_node(root, views[0]))?),
-    };
-    let below = part.as_ref().map(|part| part.view(views[0]));
-    let views: Vec<&View<'_>> = below.as_ref().map_or_else(|| views.to_vec(), |below| vec![below]);
-
-    let size = match args.terminal {
-        true => Film { width: 80, height: 44 },
-        false => Film { width: 1280, height: 800 },
-    };
-    let film = args.size.unwrap_or(size);
-    let shade = args.shade.unwrap_or(if args.compare { Shade::Cost } else { Shade::Lit });
-    let camera = camera(views[0], &film, args, context);
-    let fine = usize::from(args.samples);
-    let lens = Lens::new(&camera, film.width * fine, film.height * fine);
-    let shots: Result<Vec<Shot>, Malformed> = views.iter().map(|view| Shot::take(view, &lens, &context.exec)).collect();
-    let shots = shots.map_err(malformed)?;
-
-    let scale = shade.scale(&shots.iter().collect::<Vec<_>>(), args.scale);
-    let difference = match &shots[..] {
-        [first, second] => Some(Difference::of(first, second, shade)),
-        _ => None,
-    };
-    let mut panels = Vec::new();
-    let mut drawn = None;
-    for (shot, view) in shots.iter().zip(&views) {
-        let mut canvas = shade.paint(shot, scale.as_ref()).shrunk(fine);
-        if let Some(level) = args.boxes {
-            let boxes = boxes::boxes(view, level).map_err(malformed)?;
-            boxes::draw(&mut canvas, shot, &boxes);
-            drawn.get_or_insert(BoxesReport { level, count: boxes.len() as u64 });
-        }
-        panels.push((canvas, scale.clone()));
-    }
-    if let Some(difference) = &difference {
-        let scale = difference.scale(None);
-        panels.push((difference.paint(&scale).shrunk(fine), Some(scale)));
-    }
-
-    let file = |(path, shot): (&std::path::PathBuf, &Shot)| PicturedFile {
-        path: path.to_string_lossy().into_owned(),
-        frame: args.frame,
-        figures: Figures::of(shot),
-    };
-    let report = PictureReport {
-        shade: shade.name(),
-        width: film.width,
-        height: film.height,
-        samples: args.samples,
-        camera: (&camera).into(),
-        scale: scale.as_ref().map(|scale| scale.most),
-        root: args.root,
-        boxes: drawn,
-        files: args.files.iter().zip(&shots).map(file).collect(),
-        difference: difference.map(|d| d.figures),
-    };
-    show(&panels, report, args, context)
 }
 
 fn camera(view: &View<'_>, film: &Film, args: &ViewArgs, context: &Context) -> Camera {
@@ -181,50 +277,4 @@ fn camera(view: &View<'_>, film: &Film, args: &ViewArgs, context: &Context) -> C
             Camera { up, ..camera }
         }
     }
-}
-
-/// Write or print the panels, and tell what they show.
-fn show(
-    panels: &[(Canvas, Option<Scale>)],
-    report: PictureReport,
-    args: &ViewArgs,
-    context: &Context,
-) -> Result<Exit, Failure> {
-    let paths: Vec<&Path> = args.files.iter().map(std::path::PathBuf::as_path).collect();
-    let named = names::headings(&paths);
-    let mut written = None;
-    if let Some(path) = &args.output {
-        let titles = named.iter().map(String::as_str).chain(["difference"]);
-        let whole = |((canvas, scale), title): (&(Canvas, Option<Scale>), &str)| {
-            let mut parts = Vec::new();
-            if args.compare {
-                parts.push(heading(canvas.width(), title));
-            }
-            parts.push(canvas.clone());
-            parts.extend(scale.as_ref().map(|scale| scale.strip(canvas.width())));
-            stacked(&parts)
-        };
-        let all: Vec<Canvas> = panels.iter().zip(titles).map(whole).collect();
-        let canvas = beside(&all);
-        let length = bytes(drawing::picture(path, &canvas)?);
-        written = Some(format!("{}  {} x {} pixels, {length}\n", names::path(path), canvas.width(), canvas.height()));
-    }
-    if context.terminal.json {
-        let output = args.output.as_ref().map(|path| path.to_string_lossy().into_owned());
-        let picture = Some(report);
-        return document(&Document { schema: "bvhc.view.v1", exit_code: 0, output, picture, tree: None }, context);
-    }
-    if args.terminal {
-        let colours = Colours::of(context.terminal.wants_colour(), |name| std::env::var(name).ok());
-        for (canvas, scale) in panels {
-            context.terminal.print(&colours.text(canvas))?;
-            if let Some(scale) = scale {
-                context.terminal.print(&document::legend(scale))?;
-            }
-        }
-    }
-    if !context.terminal.quiet {
-        context.terminal.print(&(written.unwrap_or_default() + &report.text(&named)))?;
-    }
-    Ok(Exit::Success)
 }

@@ -1,10 +1,12 @@
 //! What can be typed after `bvhc view`, and how it is read.
 
+use crate::cli::Context;
 use crate::cli::names;
 use crate::report::picture::{Shade, Standpoint};
 use crate::trace::probe::Camera;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
 /// Show a file: a picture of the scene or of what its tree costs, or an outline of the tree
@@ -17,19 +19,27 @@ use std::path::PathBuf;
     bvhc view rock.bvhc -o boxes.png --boxes 4           the boxes of level 4 over it\n  \
     bvhc view --compare a.bvhc b.bvhc -o both.png        two trees of one model, and where they differ\n  \
     bvhc view rock.bvhc --html rock.html                 a page to fly through the scene and its tree\n  \
+    bvhc view caches/ -o pictures/                       a picture of each file in a folder\n  \
+    bvhc view rock.bvhc                                  the same page, in a browser at once\n  \
     bvhc view rock.bvhc --terminal                       in the terminal\n  \
     bvhc view rock.bvhc --tree --depth 3                 the upper levels of the tree")]
 pub struct ViewArgs {
-    /// Cache file; two with --compare
-    #[arg(required = true, num_args = 1..=2, value_name = "FILE")]
+    /// Cache files, folders of them, or quoted patterns such as 'caches/**/*.bvhc'; two files with --compare
+    #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Write the picture as PNG
+    /// Write the picture as PNG; a folder (`DIR/`) receives one for each file
     #[arg(short, long, value_name = "PNG", conflicts_with = "tree")]
     pub output: Option<PathBuf>,
     /// Write a page that carries the trees with it and traces them in the browser: fly, see costs, follow a ray, compare two trees. Of a sequence all frames, or
-    /// the one that --frame names
+    /// the one that --frame names. A folder (`DIR/`) receives a page for each file
     #[arg(long, value_name = "HTML", conflicts_with_all = ["output", "tree", "terminal", "shade", "size", "samples", "scale", "boxes"])]
     pub html: Option<PathBuf>,
+    /// Serve that page to a browser on this machine, and start one; so does a run in a terminal that asks for nothing else
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0", conflicts_with_all = ["output", "html", "tree", "terminal", "json", "shade", "size", "samples", "scale", "boxes"])]
+    pub serve: Option<u16>,
+    /// Start no browser; the address of the page is printed
+    #[arg(long, conflicts_with_all = ["output", "html", "tree", "terminal", "json"])]
+    pub no_browser: bool,
     /// Show the picture in the terminal: in full colour, 256 colours or plain letters, as it can
     #[arg(long, conflicts_with_all = ["tree", "json"])]
     pub terminal: bool,
@@ -94,6 +104,16 @@ pub enum Up {
     X,
     Y,
     Z,
+}
+
+impl ViewArgs {
+    /// On which port to serve a page, where that is asked for: by the flag, or by a person at a terminal who says nothing of where the picture goes. 0 is any.
+    pub fn port(&self, says_nothing: bool, context: &Context) -> Option<u16> {
+        let is_watched = says_nothing && !context.terminal.json && std::io::stdout().is_terminal();
+        let wants_a_picture =
+            self.shade.is_some() || self.size.is_some() || self.scale.is_some() || self.boxes.is_some();
+        self.serve.or((is_watched && !wants_a_picture).then_some(0))
+    }
 }
 
 impl Up {

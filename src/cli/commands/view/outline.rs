@@ -6,7 +6,7 @@ use crate::report::outline::{Outline, OutlineNode};
 
 /// A line a node, with lines from parents to children.
 pub fn text(outline: &Outline) -> String {
-    let below = if outline.of == "top" { "instances" } else { "triangles" };
+    let below = if outline.of == "top" { "instances" } else { "references" };
     let mut table = Table::default();
     table.row("node", ["area", "SAH", below, "nodes", "height", "box"].map(str::to_string));
     for (i, node) in outline.nodes.iter().enumerate() {
@@ -17,7 +17,7 @@ pub fn text(outline: &Outline) -> String {
             [
                 percent(node.area_share),
                 percent(node.sah_share),
-                figures::count(node.references),
+                figures::count(node.references.or(node.instances).unwrap_or(0)),
                 figures::count(node.nodes),
                 node.height.to_string(),
                 format!("{} to {}", corner(node.min), corner(node.max)),
@@ -63,7 +63,8 @@ mod tests {
             max: [1.0; 3],
             area_share: 1.0,
             sah_share: 1.0,
-            references: 1,
+            references: Some(1),
+            instances: None,
             nodes: 1,
             height: 0,
             is_leaf: depth == 2,

@@ -1,11 +1,10 @@
 //! `--html`: a page that carries the trees with it.
 
-use super::document::Document;
+use super::document::ViewReport;
 use super::options::{Stand, ViewArgs};
 use crate::cache::View;
 use crate::cli::Context;
 use crate::cli::caches;
-use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt;
@@ -17,31 +16,33 @@ use std::path::{Path, PathBuf};
 /// A film of about the shape that a page shows, to choose a camera by.
 const FILM: [usize; 2] = [1280, 800];
 
-pub fn run(output: &Path, args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
-    drawing::may_replace(output)?;
-    drawing::suits(output, &["html", "htm"], "name it *.html; a picture is made by -o PICTURE.png")?;
-    let (mut scenes, mut camera) = (Vec::new(), None);
-    for (path, name) in args.files.iter().zip(titles(&args.files)) {
-        read(path, &name, args, context, &mut scenes, &mut camera)?;
-    }
-    let together = if args.compare { Together::Compare } else { Together::Frames };
-    let text = page(&scenes, together, camera);
+/// Write the page of one file, or of two that are compared.
+pub fn make(files: &[PathBuf], output: &Path, args: &ViewArgs, context: &Context) -> Result<ViewReport, Failure> {
+    let (text, frames) = text(files, args, context)?;
     {
         let _publishing = interrupt::publish()?;
         std::fs::write(output, &text).map_err(|e| {
             Failure::new(Exit::Io, format!("cannot write the page {}", names::path(output))).fact(e.to_string())
         })?;
     }
-    if context.terminal.json {
-        let output = Some(output.to_string_lossy().into_owned());
-        let document = Document { schema: "bvhc.view.v1", exit_code: 0, output, picture: None, tree: None };
-        context.terminal.document(&document)?;
-    } else if !context.terminal.quiet {
-        let frames =
-            if scenes.len() > 1 && !args.compare { format!(", {} frames", scenes.len()) } else { String::new() };
+    if !context.terminal.quiet && !context.terminal.json {
+        let frames = if frames > 1 { format!(", {frames} frames") } else { String::new() };
         context.terminal.print(&format!("{}  {}{frames}\n", names::path(output), bytes(text.len() as u64)))?;
     }
-    Ok(Exit::Success)
+    Ok(ViewReport { output: Some(output.to_string_lossy().into_owned()), picture: None, tree: None })
+}
+
+/// The page, and how many frames of one file it has.
+pub fn text(files: &[PathBuf], args: &ViewArgs, context: &Context) -> Result<(String, usize), Failure> {
+    let (mut scenes, mut camera) = (Vec::new(), None);
+    for (path, name) in files.iter().zip(titles(files)) {
+        read(path, &name, args, context, &mut scenes, &mut camera)?;
+    }
+    let (together, frames) = match args.compare {
+        true => (Together::Compare, 1),
+        false => (Together::Frames, scenes.len()),
+    };
+    Ok((page(&scenes, together, camera), frames))
 }
 
 /// What a page calls its files: their own names, or with folders where two have one name.

@@ -8,9 +8,10 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::figures;
 use crate::cli::names;
+use crate::cli::numbered;
 use crate::cli::reading::choice;
 use crate::scene::Seconds;
-use crate::scene::frames::{Folder, MOST_NUMBERS, NoPattern, Numbers, Pattern, ranges};
+use crate::scene::frames::{MOST_NUMBERS, Numbers, Pattern, ranges};
 use crate::sequence::{Refit, RefitPolicy, Trees};
 pub use chosen::{Frames, MOST_FRAMES, OneFrame, clip_of};
 use clap::{Args, ValueEnum};
@@ -134,6 +135,11 @@ impl FrameArgs {
         self.trees.unwrap_or(default)
     }
 
+    /// The first flag that was given and that plays a clip.
+    pub fn plays(&self) -> Option<&'static str> {
+        self.fps.map(|_| "--fps").or(self.play.map(|_| "--play"))
+    }
+
     /// The first flag that was given and that only a sequence reads.
     pub fn of_sequences(&self) -> Option<&'static str> {
         let given = [
@@ -178,31 +184,12 @@ pub struct Sequence {
     pub unasked: Vec<Remark>,
 }
 
-/// What to do about a name that is not quite a pattern.
-pub fn way_out(why: &NoPattern) -> String {
-    match why {
-        NoPattern::NotUtf8 => "rename the files, or name them one by one".into(),
-        NoPattern::Places(_) => "write the other numbers out, or take the name as it is with --literal".into(),
-        NoPattern::List(_) => "write the list as 1001-1100, or give it to --frames".into(),
-        NoPattern::Spaces { fixed, .. } => format!("write it so: '{}'", fixed.display()),
-        NoPattern::InFolder => "build folder by folder, or take the path as it is with --literal".into(),
-        _ => "write %04d for numbers of four digits".into(),
-    }
-}
-
 /// The frames of a path that is a pattern; `None` for one that is a plain name or exists.
 pub fn resolve(path: &Path, args: &FrameArgs) -> Option<Result<Sequence, Failure>> {
-    if args.literal || path.symlink_metadata().is_ok() {
+    if args.literal {
         return None;
     }
-    let refuse = |exit, fact: String| Failure::new(exit, format!("cannot build {}", names::path(path))).fact(fact);
-    Some(match Pattern::parse(path)? {
-        Ok(pattern) => find(path, &pattern, args),
-        Err(why) => {
-            Err(refuse(Exit::Usage, format!("no such file exists, and as a pattern of frames {why}"))
-                .help(way_out(&why)))
-        }
-    })
+    Some(numbered::pattern(path, "build")?.and_then(|pattern| find(path, &pattern, args)))
 }
 
 fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Failure> {
@@ -215,32 +202,15 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
         }
         (numbers, None) | (None, numbers) => numbers.as_ref(),
     };
-    let folder = Folder::read(pattern)
-        .map_err(|e| refuse(Exit::Io, format!("cannot list {}: {e}", names::path(pattern.folder()))))
-        .map_err(|refused| refused.help("check the name of the folder; paths start from the working directory"))?;
-    if let Some((number, [a, b])) = &folder.twice {
-        let fact = format!("frame {number} is there twice: {} and {}", names::escape(a), names::escape(b));
-        return Err(refuse(Exit::Usage, fact).help("move one of them to another folder"));
-    }
-    let (Some(first), Some(last)) = (folder.files.keys().next(), folder.files.keys().next_back()) else {
-        return Err(match folder.padded.values().next() {
-            None => match &folder.beyond {
-                Some(name) => refuse(Exit::Io, format!("the number of {} is beyond {}", names::escape(name), i32::MAX))
-                    .help("give frames smaller numbers"),
-                None => refuse(Exit::Io, "no such file exists, and as a pattern of frames it matches none".into())
-                    .help(format!("see what is there: ls {}", names::path(pattern.folder()))),
-            },
-            Some((name, width)) => {
-                let of = figures::counted(folder.padded.len() as u64, "file has", "files have");
-                refuse(Exit::Io, format!("{of} its numbers with another padding, such as {}", names::escape(name)))
-                    .help(format!("bvhc build '{}'", pattern.with_width(*width)))
-            }
-        });
+    let folder = numbered::folder(path, pattern, "build")?;
+    let there = {
+        let ends = folder.files.keys().next().zip(folder.files.keys().next_back());
+        let (first, last) = ends.map_or((0, 0), |(first, last)| (*first, *last));
+        format!("{}, {first} to {last}", figures::counted(folder.files.len() as u64, "frame", "frames"))
     };
 
     // Go through the numbers in order, and see to those that have no file.
     let policy = args.missing.unwrap_or(Missing::Error);
-    let there = format!("{}, {first} to {last}", figures::counted(folder.files.len() as u64, "frame", "frames"));
     let numbers = wanted.map_or_else(|| folder.expected(), |list| Some(list.list().to_vec())).ok_or_else(|| {
         refuse(
             Exit::Usage,
@@ -291,13 +261,7 @@ fn find(path: &Path, pattern: &Pattern, args: &FrameArgs) -> Result<Sequence, Fa
         warnings.push(format!("{shown}: {missing} ({done})"));
     }
     let asked = warnings.len();
-    if let Some((name, _)) = folder.padded.values().next() {
-        let count = figures::counted(folder.padded.len() as u64, "file", "files");
-        warnings.push(format!("{shown}: {count} with another padding left out, such as {}", names::escape(name)));
-    }
-    if let Some(name) = &folder.beyond {
-        warnings.push(format!("{shown}: a frame number beyond {} left out: {}", i32::MAX, names::escape(name)));
-    }
+    warnings.extend(numbered::left_out(path, &folder));
     let summary = format!("{shown}: {there}");
     let unasked = warnings[asked..].iter().map(|warning| Kind::Frames.remark(warning)).collect();
     Ok(Sequence { frames, summary, warnings, unasked })

@@ -108,6 +108,6 @@ fn what_is_not_quite_a_pattern_is_told_with_a_way_out() {
         ("a.9-1#.obj", "1001-1100"),
     ] {
         let why = Pattern::parse(Path::new(text)).unwrap().unwrap_err();
-        assert!(way_out(&why).contains(help), "{text}: {why:?}");
+        assert!(crate::cli::numbered::way_out(&why).contains(help), "{text}: {why:?}");
     }
 }

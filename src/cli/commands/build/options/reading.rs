@@ -13,7 +13,7 @@ use std::path::Path;
 pub struct ReadArgs {
     #[command(flatten)]
     pub model: ModelReading,
-    /// Leave a glTF model at rest, as its nodes and meshes stand without a clip, and do not warn that it has clips
+    /// Leave a glTF model at rest, as its nodes and meshes stand without a clip, and do not warn that it has clips; OBJ models have none
     #[arg(long, conflicts_with_all = ["clip", "time", "fps", "play"])]
     pub at_rest: bool,
     /// Keep which vertices of the model each triangle has, to interpolate normals and texture coordinates at hits: 12 bytes a triangle
@@ -57,9 +57,11 @@ impl ReadArgs {
         }
     }
 
-    /// Refuse to choose a scene or an animation of a model that has none to choose from. `content` is the model itself where it came from standard input.
-    pub fn suit(&self, model: &Path, content: Option<&[u8]>) -> Result<(), Failure> {
-        let Some((flag, things)) = self.model.choice() else { return Ok(()) };
+    /// Refuse to choose a scene or an animation of a model that has none to choose from, or to play one by the flag `played_by`. `content` is the model itself
+    /// where it came from standard input.
+    pub fn suit(&self, model: &Path, content: Option<&[u8]>, played_by: Option<&'static str>) -> Result<(), Failure> {
+        let played = played_by.map(|flag| (flag, "animations"));
+        let Some((flag, things)) = self.model.choice().or(played) else { return Ok(()) };
         let given = match (flag, self.model.scene, self.model.time) {
             ("--scene", Some(number), _) => format!("--scene {number}"),
             ("--time", _, Some(time)) => format!("--time {time}"),

@@ -134,11 +134,11 @@ impl Workshop<'_> {
         report.degenerate_triangles += placing.collapsed;
         let at_rest = self.args.read.at_rest;
         let remarks = Remarks { report: &report, read: &read, rounding: &rounding, placing: &placing, at_rest };
-        if frames.iter().all(|frame| frame.triangles == 0) && self.args.empty == Empty::Error {
+        if frames.iter().all(|frame| frame.instanced_triangles == 0) && self.args.empty == Empty::Error {
             return Err(remarks.nothing(&model));
         }
         let mut warnings = remarks.warnings(Levels::Two);
-        let empty = nothing_in(frames.iter().filter(|frame| frame.triangles == 0).count() as u64);
+        let empty = nothing_in(frames.iter().filter(|frame| frame.instanced_triangles == 0).count() as u64);
         let mut unasked = remarks.unasked(Levels::Two, self.accepts_degenerate());
         unasked.extend(empty.clone());
         warnings.extend(empty);
@@ -152,6 +152,7 @@ impl Workshop<'_> {
         warnings.iter().for_each(|warning| self.context.terminal.warn(&format!("{place}: {}", warning.text)));
         self.forgive(&place, &unasked)?;
 
+        self.tell_idle(&model, &report);
         if let Some(note) = own_cuts(&frames) {
             self.context.terminal.note(&format!("{name}: {note}"));
         }
@@ -159,7 +160,8 @@ impl Workshop<'_> {
         bar.spin("writing");
         let build_time = start.elapsed().saturating_sub(read_time);
         unchanged(&inputs, exec)?;
-        let meta: Meta = cache::provenance(recipe(self, frames_of), &inputs, &report);
+        let provenance = cache::provenance(recipe(self, frames_of), &inputs, &report);
+        let meta = Meta { notes: self.effort(start).into_iter().collect(), ..provenance };
         let publishing = interrupt::publish()?;
         if !self.args.force {
             outputs::may_replace(&job.output)?;
@@ -351,7 +353,7 @@ impl Workshop<'_> {
     }
 
     fn not_an_input(&self, job: &Job, inputs: &[InputFile]) -> Result<(), Failure> {
-        match inputs.iter().find(|input| super::plan::same_file(&input.path, &job.output)) {
+        match inputs.iter().find(|input| crate::cli::identity::same_file(&input.path, &job.output)) {
             Some(input) => Err(inputs::is_an_input(&job.output, &input.path)),
             None => Ok(()),
         }

@@ -1,0 +1,50 @@
+//! What an output that is up to date has to say of its model, which is not read again.
+
+use super::Workshop;
+use super::plan::Job;
+use super::remarks::{Kind, Remark, empty_frames};
+use crate::cli::caches;
+use crate::cli::failure::Failure;
+use crate::cli::figures;
+use crate::cli::names;
+
+impl Workshop<'_> {
+    /// What META says was left out when the output was built.
+    pub fn remembered(&self, job: &Job) -> Result<Vec<Remark>, Failure> {
+        let counts = caches::head(&job.output, self.context)?.meta.map_or_else(Vec::new, |meta| meta.read_counts);
+        let is_no_news = |name: &str| match name {
+            "unreferenced_positions" => true,
+            "unplayed_animations" => self.args.read.at_rest,
+            _ => false,
+        };
+        let most = if job.frames.is_some() { " in the frame with most of them" } else { "" };
+        let told = |(name, count): &(String, u64)| {
+            let kind = match name.as_str() {
+                "degenerate_triangles" => Kind::WithoutArea,
+                "unplayed_animations" => Kind::AtRest,
+                _ => Kind::LeftOut,
+            };
+            let text = || format!("{}: {}{most}", name.replace('_', " "), figures::count(*count));
+            (*count > 0 && !is_no_news(name)).then(|| kind.remark(text()))
+        };
+        let mut told: Vec<Remark> = counts.iter().filter_map(told).collect();
+        if job.frames.is_some() {
+            told.extend(empty_frames(&job.output, self.context)?);
+        }
+        Ok(told)
+    }
+
+    /// What was told when an output was built holds as long as it is up to date: where warnings are errors, a still model is read once more, and of a
+    /// sequence META has what was left out.
+    pub fn forgive_again(&self, job: &Job, remembered: &[Remark]) -> Result<(), Failure> {
+        if !self.args.warnings_as_errors {
+            return Ok(());
+        }
+        if job.frames.is_none() {
+            return self.rehearse(job).map(drop);
+        }
+        let is_accepted = |told: &&Remark| told.kind == Kind::WithoutArea && self.accepts_degenerate();
+        let told: Vec<Remark> = remembered.iter().filter(|told| !is_accepted(told)).cloned().collect();
+        self.forgive(&names::path(&job.output), &told)
+    }
+}
