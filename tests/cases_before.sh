@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
-# Does each case test fail with an older build of the program? A test that passes with both shows nothing of what was cured since.
+# Does each test of what was cured fail with an older build of the program? One that passes with both shows nothing.
 #
-#   tests/cases_before.sh OLD     a program built from an older commit, such as f236b7e:
-#                                 git worktree add ../before f236b7e && (cd ../before && cargo build --release)
+#   tests/cases_before.sh OLD [MODULE…]     OLD is a program built from an older commit, such as f236b7e:
+#                                           git worktree add ../before f236b7e && (cd ../before && cargo build --release)
 #
-# The tests of tests/cli/cases.rs run with the program OLD. There is a line for each case of the folder of cases and for each test.
-# Controls are cases that were right before and must stay so; each says why. Exit code 1: a test passes with OLD, or a case does and
-# is no control.
+# The tests of these modules of tests/cli run with the program OLD; without any, those of cases, manners and patterns. There is a line for each case of the folder of
+# cases and for each test. Controls were right before and must stay so; each says why. Exit code 1: a test or a case passes with OLD and is no control.
 set -u
-[ $# -eq 1 ] && [ -x "$1" ] || { sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 2; }
+[ $# -ge 1 ] && [ -x "$1" ] || { sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 2; }
 old=$(realpath "$1")
+shift
+[ $# -gt 0 ] || set -- cases manners patterns
 cd "$(dirname "$0")/.." || exit 2
 
 # Why a case is right with both.
@@ -28,9 +29,12 @@ while IFS= read -r line; do
     case $line in
         "wrong: "*) echo "fails before   ${line#wrong: }" ;;
         "right: "*) if why=$(control "${line#right: }"); then echo "control        ${line#right: }: $why"; else passes "${line#right: }"; fi ;;
-        "test cases::"*" ... FAILED") line=${line#test } && echo "fails before   ${line% ... FAILED}" && tests=$((tests + 1)) ;;
-        "test cases::"*" ... ok") line=${line#test } && passes "${line% ... ok}" && tests=$((tests + 1)) ;;
+        "test "*"::"*" ... FAILED") line=${line#test } && echo "fails before   ${line% ... FAILED}" && tests=$((tests + 1)) ;;
+        "test "*"::"*" ... ok")
+            line=${line#test } line=${line% ... ok} tests=$((tests + 1))
+            if why=$(control "$line"); then echo "control        $line: $why"; else passes "$line"; fi
+            ;;
     esac
-done < <(BVHC_PROGRAM=$old cargo test --test cli cases:: -- --show-output 2>/dev/null)
+done < <(BVHC_PROGRAM=$old cargo test --test cli -- "${@/%/::}" --show-output 2>/dev/null)
 echo "$tests tests; $same tests or cases pass with both programs and are no controls"
 [ $tests -gt 0 ] && [ $same = 0 ]

@@ -48,7 +48,7 @@ fn long_ten_million_rays_are_right() {
         let oracle = outcome.oracle;
         println!(
             "{name:<48} {label:<6} {:>9} triangles  {}  {} hits tested, {} rays by brute force, {} ties",
-            oracle.triangles,
+            oracle.instanced_triangles,
             cells.join("  "),
             oracle.hits_tested,
             oracle.rays,

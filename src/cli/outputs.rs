@@ -5,6 +5,7 @@ use super::failure::Failure;
 use super::identity::Identity;
 use super::names;
 use crate::cache::MAGIC;
+use crate::scene::frames::Pattern;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
@@ -56,6 +57,13 @@ pub fn place(output: &Path) -> PathBuf {
 pub fn of_each(inputs: &[PathBuf], output: &Path, extension: &str, action: &str) -> Result<Vec<PathBuf>, Failure> {
     let refuse = |fact: String| Failure::new(Exit::Usage, format!("cannot {action}")).fact(fact);
     let into_folder = is_folder(output);
+    if !into_folder && Pattern::parse(output).is_some() {
+        return Err(refuse(format!(
+            "{} has a place for a frame's number, and one file is written",
+            names::path(output)
+        ))
+        .help("name a file without such a place, or a folder"));
+    }
     if inputs.len() > 1 && !into_folder {
         let shown = names::path(output);
         return Err(refuse(format!("{} inputs need a folder to go to, and {shown} is not one", inputs.len()))

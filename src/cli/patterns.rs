@@ -74,6 +74,12 @@ pub fn matches(path: &Path, kind: Kind, action: &str, terminal: &Terminal) -> Re
     if path.is_dir() {
         return inside(path, kind, action);
     }
+    let names_a_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/");
+    if names_a_folder && path.symlink_metadata().is_err() {
+        return Err(Failure::new(Exit::Io, format!("cannot {action} {}", names::path(path)))
+            .fact("there is no such folder")
+            .help("paths start from the working directory"));
+    }
     if let Some(files) = numbered::files(path, action, terminal) {
         return files;
     }
@@ -140,6 +146,7 @@ mod tests {
             std::fs::write(at(name), "").unwrap();
         }
         assert_eq!(matches(&at("a[1].obj"), MODELS, "build", &silent()).unwrap(), [at("a[1].obj")]);
+        assert_eq!(matches(&at("missing/"), MODELS, "build", &silent()).unwrap_err().exit, Exit::Io);
         assert_eq!(matches(&at("missing.obj"), MODELS, "build", &silent()).unwrap(), [at("missing.obj")]);
         assert_eq!(matches(&at("b*.obj"), MODELS, "build", &silent()).unwrap(), [at("b9.obj"), at("b10.obj")]);
         assert_eq!(one(&at("b1*.obj"), MODELS, "read", &silent()).unwrap(), at("b10.obj"));

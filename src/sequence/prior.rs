@@ -75,7 +75,7 @@ impl Prior {
             return None;
         }
 
-        let before = models_of(file.frames(), &meta.dependencies, &surveyed(file.frame_count()))?;
+        let before = models_of(file.frames(), &meta.dependencies)?;
         let is_model =
             |input: &InputFile, d: &Dependency| (&input.name, input.len, input.blake3) == (&d.name, d.len, d.blake3);
         let same: Vec<Option<usize>> = models
@@ -229,27 +229,20 @@ fn input(model: &FrameModel, (len, blake3): (u64, [u8; 32])) -> Option<InputFile
     Some(InputFile { path: model.path.clone(), name, len, blake3 })
 }
 
-/// For each frame of a file the model that it was made from. META lists files in the order of their first use: by the survey, then by the frames. `None` where
-/// it has others, as those that glTF models name.
-fn models_of<'m>(frames: &[FrameRecord], files: &'m [Dependency], surveyed: &[usize]) -> Option<Vec<&'m Dependency>> {
+/// For each frame of a file the model that it was made from. META lists files in the order of the frames. `None` where it has others, as those that glTF models
+/// name.
+fn models_of<'m>(frames: &[FrameRecord], files: &'m [Dependency]) -> Option<Vec<&'m Dependency>> {
     // A frame that is held has the model of the one before it.
-    let mut shown = 0;
-    let model = frames.iter().enumerate().map(|(i, frame)| {
-        if frame.flags & FrameRecord::HELD == 0 {
-            shown = i;
-        }
-        shown
-    });
-    let model: Vec<usize> = model.collect();
-    let mut order: BTreeMap<usize, usize> = BTreeMap::new();
-    for frame in surveyed.iter().copied().chain(0..frames.len()) {
-        let next = order.len();
-        order.entry(*model.get(frame)?).or_insert(next);
-    }
-    if order.len() != files.len() {
+    let brings = |frame: &FrameRecord| frame.flags & FrameRecord::HELD == 0;
+    if frames.iter().filter(|frame| brings(frame)).count() != files.len() {
         return None;
     }
-    model.iter().map(|model| files.get(order[model])).collect()
+    let mut brought = 0;
+    let model = frames.iter().map(|frame| {
+        brought += usize::from(brings(frame));
+        files.get(brought.checked_sub(1)?)
+    });
+    model.collect()
 }
 
 #[cfg(test)]
@@ -261,14 +254,12 @@ mod tests {
     fn each_frame_has_the_file_that_was_listed_when_it_was_first_used() {
         let frame = |number, flags| FrameRecord { number, flags, ..FrameRecord::zeroed() };
         let frames = [frame(1, 0), frame(2, 0), frame(3, FrameRecord::HELD), frame(4, 0), frame(9, 0)];
-        let files = ["1", "4", "2", "9"].map(|name| Dependency { name: name.into(), ..Dependency::default() });
+        let files = ["1", "2", "4", "9"].map(|name| Dependency { name: name.into(), ..Dependency::default() });
         let names =
             |found: Option<Vec<&Dependency>>| found.map(|all| all.iter().map(|d| d.name.clone()).collect::<Vec<_>>());
-        assert_eq!(
-            names(models_of(&frames, &files, &[0, 3])),
-            Some(["1", "2", "2", "4", "9"].map(String::from).to_vec())
-        );
-        assert_eq!(names(models_of(&frames, &files[..3], &[0, 3])), None, "it has other files than frames");
-        assert_eq!(names(models_of(&frames, &files, &[7])), None);
+        assert_eq!(names(models_of(&frames, &files)), Some(["1", "2", "2", "4", "9"].map(String::from).to_vec()));
+        assert_eq!(names(models_of(&frames, &files[..3])), None, "it has other files than frames");
+        let held = [frame(1, FrameRecord::HELD), frame(2, 0)];
+        assert_eq!(names(models_of(&held, &files[..1])), None, "the first frame is of no file");
     }
 }

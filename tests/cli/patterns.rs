@@ -82,6 +82,7 @@ fn outputs_of_many_files_lose_nothing() {
         ("convert in other/f.0008.bvhc -o new/", "would both become new/f.0008.bvhc"),
         ("convert in/f.0008.bvhc in/f.0008.bvhc -o new/", "in/f.0008.bvhc is named twice"),
         ("convert other/f.0008.bvhc in/f.0009.bvhc -o in/", "in/f.0009.bvhc and its output"),
+        ("convert in/f.0008.bvhc -o new.%04d.bvhc", "has a place for a frame's number"),
         ("view in -o one.png", "4 inputs need a folder to go to, and one.png is not one"),
         ("view in --html one.html", "4 inputs need a folder to go to, and one.html is not one"),
     ] {

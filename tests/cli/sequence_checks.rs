@@ -1,8 +1,8 @@
 //! Sequences beside what they were built from, and beside each other.
 
-use crate::Place;
 use crate::animations::model;
 use crate::sequences::waves;
+use crate::{Place, gltf};
 
 #[test]
 fn every_frame_is_compared_with_its_model() {
@@ -30,6 +30,50 @@ fn every_frame_is_compared_with_its_model() {
     ] {
         let said = place.run(&format!("check wave.bvhc --source {source}"));
         assert!(said.code == 2 && said.err.contains(told), "{} {}", said.code, said.err);
+    }
+}
+
+#[test]
+fn frames_beyond_those_that_trees_are_chosen_by_have_their_own_models() {
+    let place = Place::new();
+    waves(&place, 1..37);
+    place.ok("build in/wave.%03d.obj -o wave.bvhc");
+    place.ok("check wave.bvhc --source in/wave.%03d.obj");
+    let info = place.ok("info wave.bvhc --json").json();
+    let listed: Vec<&str> =
+        info["files"][0]["meta"]["inputs"].as_array().unwrap().iter().map(|i| i["name"].as_str().unwrap()).collect();
+    let expected: Vec<String> = (1..37).map(|frame| format!("wave.{frame:03}.obj")).collect();
+    assert_eq!(listed, expected, "in the order of the frames");
+    for frame in [1, 3, 36] {
+        place.ok(&format!("convert wave.bvhc -o still.bvhc --frame {frame}"));
+        place.ok(&format!("check still.bvhc --source in/wave.{frame:03}.obj"));
+    }
+    // One frame changes: the others are taken from the file, whose list says which they are.
+    let other = std::fs::read_to_string(place.path("in/wave.003.obj")).unwrap().replacen("v 0 ", "v 0.5 ", 1);
+    place.write("in/wave.003.obj", other);
+    place.ok("build in/wave.%03d.obj -o wave.bvhc");
+    place.ok("check wave.bvhc --source in/wave.%03d.obj");
+    let said = place.run("verify wave.bvhc --source in/wave.%03d.obj --device cpu");
+    assert!(said.code == 2 && said.err.contains("against its own triangles"), "{}", said.err);
+}
+
+#[test]
+fn frames_that_share_a_buffer_are_compared_with_their_models() {
+    let place = Place::new();
+    let (json, bin) = gltf("tri");
+    place.write("in/tri.bin", &bin);
+    for (frame, x) in [(1, 0.0), (2, 1.0), (3, 2.0)] {
+        let moved = json.replace(r#"{"mesh":0}"#, &format!(r#"{{"mesh":0,"translation":[{x},0,0]}}"#));
+        // The third has a buffer of its own.
+        let moved = if frame == 3 { moved.replace("tri.bin", "own.bin") } else { moved };
+        place.write(&format!("in/tri.{frame}.gltf"), moved);
+    }
+    place.write("in/own.bin", &bin);
+    place.ok("build in/tri.%d.gltf -o tri.bvhc");
+    place.ok("check tri.bvhc --source in/tri.%d.gltf");
+    for frame in [1, 3] {
+        place.ok(&format!("convert tri.bvhc -o still.bvhc --frame {frame}"));
+        place.ok(&format!("check still.bvhc --source in/tri.{frame}.gltf"));
     }
 }
 

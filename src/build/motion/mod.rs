@@ -25,7 +25,7 @@ pub use rebuild::{Cost, Rebuild, Schedule, Step, Verdict, schedule};
 pub use representatives::{Pose, representatives};
 
 /// Raised whenever trees for whole animations come out otherwise, and added to the method's revision: no file of before then passes for one of now.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 #[cfg(test)]
 mod tests;

@@ -31,7 +31,7 @@ pub struct ConvertArgs {
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Of a sequence: the number of the frame that becomes a still file
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = one_frame)]
     frame: Option<i32>,
     /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3), compact is about a tenth of a raw sequence (level
     /// usually 9) and zstd in a still file
@@ -49,6 +49,11 @@ pub struct ConvertArgs {
     /// Leave out sections that this version does not know
     #[arg(long, conflicts_with = "frame")]
     strip_unknown: bool,
+}
+
+/// The number of a frame.
+pub fn one_frame(text: &str) -> Result<i32, String> {
+    text.parse().map_err(|_| format!("`{text}` is not the number of one frame; bvhc info FILE says which there are"))
 }
 
 /// What became of each file.

@@ -2,7 +2,8 @@
 
 use super::build::clip_of;
 use crate::cache::{Dependency, Frame, FrameRecord, Image, Meta, Sequence};
-use crate::scene::{Moment, ReadOptions, Seconds};
+use crate::scene::{Format, Moment, ReadOptions, Seconds};
+use std::path::Path;
 
 /// What a still file of a frame holds, and what it says of how it was made; without META of the sequence only who made it.
 pub fn of_frame(sequence: &Sequence, frame: &Frame<'_>) -> (Image, Meta) {
@@ -34,8 +35,17 @@ fn meta_of(meta: &Meta, sequence: &Sequence, number: i32) -> Meta {
         None => {
             // Frames that are held are those before: each of the others brought a file.
             let files = frames.iter().take(row + 1).filter(|frame| frame.flags & FrameRecord::HELD == 0).count();
-            let own = meta.dependencies.get(files.wrapping_sub(1)).cloned();
-            meta.dependencies = own.into_iter().map(|own| Dependency { role: Dependency::MODEL, ..own }).collect();
+            // A model stands before the files that it names, but for those that an earlier one names too.
+            let is_model = |d: &Dependency| Format::from_extension(Path::new(&d.name)).is_some();
+            let models: Vec<usize> =
+                (0..meta.dependencies.len()).filter(|i| is_model(&meta.dependencies[*i])).collect();
+            let all = meta.dependencies.len();
+            let start = files.checked_sub(1).and_then(|i| models.get(i)).copied().unwrap_or(all);
+            let end = models.get(files).copied().unwrap_or(all);
+            meta.dependencies = meta.dependencies.drain(start..end.max(start)).collect();
+            if let Some(own) = meta.dependencies.first_mut() {
+                own.role = Dependency::MODEL;
+            }
         }
     }
     meta.options.push(("frame".to_string(), number.to_string()));

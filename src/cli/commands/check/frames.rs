@@ -2,7 +2,7 @@
 
 use super::{CheckArgs, warn_of_rounding};
 use crate::cache::check::{Level, Limits, Report, Source, check_bytes};
-use crate::cache::{FrameRecord, Sequence, WriteOptions, to_bytes};
+use crate::cache::{self, FrameRecord, Sequence, WriteOptions, to_bytes};
 use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::commands::build::clip_of;
@@ -43,7 +43,7 @@ pub fn check(
         if flags & FrameRecord::HELD != 0 {
             continue;
         }
-        let (image, meta) = still::of_frame(&sequence, &frame);
+        let (image, mut meta) = still::of_frame(&sequence, &frame);
         let stated = Stated { meta: Some(&meta), two_levels: true, has_vertices: !image.vertices.is_empty() };
         let model = models.of(number);
         // META says one way.
@@ -55,6 +55,11 @@ pub fn check(
             false => source::read_untold(&model, &read, &build, context)?,
         };
         let (inputs, in_f64) = (scene.inputs.clone(), scene.clone());
+        // A file that several frames name is listed once, by the first of them.
+        let listed = sequence.meta().map_or(&[][..], |meta| &meta.dependencies);
+        let named = cache::provenance(meta.recipe(), &inputs, &scene.report).dependencies;
+        meta.dependencies =
+            named.iter().filter_map(|own| listed.iter().find(|listed| listed.name == own.name)).cloned().collect();
         let mut laid = compile::lay_out(scene, &build, exec).map_err(|e| caches::build_failure(&e))?;
         laid.meshes.iter_mut().for_each(|mesh| _ = cuts.apply(mesh));
         // What reading left out is told of all frames together.

@@ -61,7 +61,10 @@ const SPREAD_ROWS: [SpreadRow; 5] = [
 /// One of what a set of rays does.
 type RayRow = (&'static str, fn(&SetReport) -> f64);
 
-const EFFORT_ROWS: [(&str, fn(&BuildEffort) -> String); 2] = [
+/// One of what a build took.
+type EffortRow = (&'static str, fn(&BuildEffort) -> String);
+
+const EFFORT_ROWS: [EffortRow; 2] = [
     ("build time", |e| format!("{:.3} s ({})", e.seconds, figures::counted(e.threads, "thread", "threads"))),
     ("build memory", |e| e.peak_memory.map_or_else(dash, |peak| bytes(peak).to_string())),
 ];

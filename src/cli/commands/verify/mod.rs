@@ -19,6 +19,7 @@ use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::{Entry, Failure};
 use crate::cli::figures;
+use crate::cli::names;
 use crate::cli::patterns;
 use crate::cli::source::SourceReading;
 use crate::geom::Ray;
@@ -213,7 +214,12 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
     for path in &patterns::expand(&args.files, patterns::CACHES, "verify", &context.terminal)? {
         let mut start = Instant::now();
         // A sequence is verified frame by frame, whether or not it was asked for.
-        let whole = args.source.is_none() && caches::is_sequence(path, context);
+        let is_sequence = caches::is_sequence(path, context);
+        if let Some(model) = args.source.as_ref().filter(|_| is_sequence) {
+            verdicts.fail(path, None, not_of_a_model(path, model));
+            continue;
+        }
+        let whole = is_sequence;
         let done = match args.frames.as_ref().or(whole.then_some(&Frames::All)) {
             None => verdicts.take(path, None, file::verify(path, args, &plan, &bench, context), start.elapsed()),
             Some(frames) => {
@@ -243,6 +249,14 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
         context.terminal.document(&Document::new(exit, &plan, &documents))?;
     }
     Ok(exit)
+}
+
+/// Why a sequence is not verified against a model.
+fn not_of_a_model(path: &Path, model: &Path) -> Failure {
+    let (file, model) = (names::path(path), names::path(model));
+    Failure::new(Exit::Usage, format!("cannot verify {file} against {model}"))
+        .fact("it is a sequence, and each of its frames is verified against its own triangles")
+        .help(format!("leave out --source; whether the frames are those of the model is told by: bvhc check {file} --source {model}"))
 }
 
 /// What the frames of a sequence come to.

@@ -1,6 +1,7 @@
 //! What can be typed after `bvhc view`, and how it is read.
 
 use crate::cli::Context;
+use crate::cli::commands::convert::one_frame;
 use crate::cli::names;
 use crate::report::picture::{Shade, Standpoint};
 use crate::trace::probe::Camera;
@@ -75,7 +76,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "NODE")]
     pub root: Option<u64>,
     /// Of a sequence: the number of the frame to show
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = one_frame)]
     pub frame: Option<i32>,
     /// Two files of one model: left, right and the difference, with one scale
     #[arg(long, conflicts_with = "root")]

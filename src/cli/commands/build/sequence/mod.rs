@@ -225,7 +225,7 @@ impl Workshop<'_> {
                 let (scene, took) = one?;
                 told.read_time += took;
                 told.read.insert(index);
-                told.inputs(&scene.inputs);
+                told.surveyed.extend_from_slice(&scene.inputs);
                 scenes.push(scene);
             }
             let start = Instant::now();

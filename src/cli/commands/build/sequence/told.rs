@@ -17,7 +17,10 @@ pub struct Told {
     pub report: ReadReport,
     pub rounding: Rounding,
     pub placing: Placing,
+    /// In the order of the frames.
     pub inputs: Vec<InputFile>,
+    /// Files that were read before the first frame.
+    pub surveyed: Vec<InputFile>,
     pub frames: Vec<FrameOutcome>,
     /// What reading took, added up over all threads.
     pub read_time: Duration,
@@ -80,12 +83,13 @@ impl Told {
     /// Files that were read. One that is read twice and is another then has changed between.
     pub fn inputs(&mut self, inputs: &[InputFile]) {
         for input in inputs {
-            match self.inputs.iter().find(|known| known.path == input.path) {
-                None => self.inputs.push(input.clone()),
-                Some(known) if known != input => {
-                    self.changed.get_or_insert_with(|| input.path.clone());
-                }
-                Some(_) => {}
+            let known = |some: &[InputFile]| some.iter().find(|known| known.path == input.path).cloned();
+            let (listed, before) = (known(&self.inputs), known(&self.surveyed));
+            if listed.as_ref().or(before.as_ref()).is_some_and(|known| known != input) {
+                self.changed.get_or_insert_with(|| input.path.clone());
+            }
+            if listed.is_none() {
+                self.inputs.push(before.unwrap_or_else(|| input.clone()));
             }
         }
     }
@@ -157,5 +161,9 @@ mod tests {
         told.inputs(&[input(2)]);
         assert_eq!(told.changed, Some("a.obj".into()));
         assert_eq!(told.inputs, [input(1)], "what was read first is compared with the file in the end");
+
+        let mut told = Told { surveyed: vec![input(1)], ..Told::default() };
+        told.inputs(&[input(2)]);
+        assert_eq!((told.changed, told.inputs), (Some("a.obj".into()), vec![input(1)]));
     }
 }
