@@ -1,9 +1,11 @@
 //! Charts, pictures and reports that are written beside what a command is about.
 
+use super::caches;
 use super::exit::Exit;
 use super::failure::Failure;
 use super::interrupt;
 use super::names;
+use crate::cache::{self, CacheError, Staged, Strays};
 use crate::report::chart::Chart;
 use crate::report::picture::Canvas;
 use std::io::Read;
@@ -58,15 +60,19 @@ pub fn suits(path: &Path, kinds: &[&str], help: &str) -> Result<(), Failure> {
 /// Write a chart as SVG.
 pub fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
     let svg = chart.svg().map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
-    std::fs::write(path, CHART.to_owned() + &svg).map_err(|e| {
-        Failure::new(Exit::Io, format!("cannot write the chart {}", names::path(path))).fact(e.to_string())
-    })
+    put(path, "the chart", (CHART.to_owned() + &svg).as_bytes())
 }
 
-/// Write a text; `what` it is, as an error calls it. Whoever calls has the permission of [`interrupt::publish`].
-pub fn text(path: &Path, what: &str, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text)
-        .map_err(|e| Failure::new(Exit::Io, format!("cannot write {what} {}", names::path(path))).fact(e.to_string()))
+/// Write a file in one step, so that it is old or new as a whole, also where the disk is full; `what` it is, as an error calls it. Whoever calls has the
+/// permission of [`interrupt::publish`], or leaves nothing behind that would harm.
+pub fn put(path: &Path, what: &str, bytes: &[u8]) -> Result<(), Failure> {
+    let staged = cache::stage_bytes(path, &Strays::default(), bytes).and_then(Staged::put);
+    staged.map(drop).map_err(|error| match error {
+        CacheError::Io { source, .. } => {
+            Failure::new(Exit::Io, format!("cannot write {what} {}", names::path(path))).fact(source.to_string())
+        }
+        other => caches::failure(&other),
+    })
 }
 
 /// Write a picture as PNG; how many bytes that took.
@@ -78,9 +84,7 @@ pub fn picture(path: &Path, canvas: &Canvas) -> Result<u64, Failure> {
 /// Likewise; whoever calls has the permission of [`interrupt::publish`].
 pub fn pixels(path: &Path, canvas: &Canvas) -> Result<u64, Failure> {
     let png = canvas.png().map_err(|e| Failure::new(Exit::Internal, "cannot make a PNG").fact(e.to_string()))?;
-    std::fs::write(path, &png).map_err(|e| {
-        Failure::new(Exit::Io, format!("cannot write the picture {}", names::path(path))).fact(e.to_string())
-    })?;
+    put(path, "the picture", &png)?;
     Ok(png.len() as u64)
 }
 

@@ -46,7 +46,7 @@ mod usage;
 
 use crate::exec::{Executor, ThreadsError};
 use args::{Cli, Command};
-use clap::{CommandFactory, Parser};
+use clap::{CommandFactory, FromArgMatches};
 use commands::build::options::listing;
 use exit::Exit;
 use failure::Failure;
@@ -83,10 +83,16 @@ pub fn command() -> clap::Command {
 /// Parse, run, report: everything between the operating system's arguments and its exit status.
 pub fn run(args: Vec<OsString>) -> Exit {
     let json = args.iter().any(|a| a == "--json");
-    let cli = match Cli::try_parse_from(&args) {
-        Ok(cli) => cli,
+    let parsed =
+        command().try_get_matches_from(&args).and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (cli, matches) = match parsed {
+        Ok(parsed) => parsed,
         Err(error) => return report_usage(&error, json),
     };
+    if let Err(failure) = usage::without_partner(&matches) {
+        Terminal::new(cli.global.color.unwrap_or(terminal::ColorChoice::Auto), false, 0, json).error(&failure);
+        return failure.exit;
+    }
     let variable = |name: &str| std::env::var_os(name).map(|value| value.to_string_lossy().into_owned());
     let global = match Settings::new(&cli.global, variable) {
         Ok(global) => global,

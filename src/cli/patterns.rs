@@ -5,6 +5,7 @@ use super::failure::Failure;
 use super::names;
 use super::numbered;
 use super::terminal::Terminal;
+use glob::MatchOptions;
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
@@ -43,16 +44,21 @@ pub fn one(path: &Path, kind: Kind, action: &str, terminal: &Terminal) -> Result
     }
 }
 
-/// The files of this kind in a folder, not in folders below it, in natural order. As for a shell's patterns, names that begin with a point are hidden.
+/// The files of this kind in a folder, not in folders below it, in natural order. As for a shell's patterns, names that begin with a point are hidden. What has
+/// such a name and cannot be read, such as a link to nothing, is among them: else a run that checks a folder would pass over it.
 fn inside(folder: &Path, kind: Kind, action: &str) -> Result<Vec<PathBuf>, Failure> {
     let refuse = |fact: String| Failure::new(Exit::Io, format!("cannot {action} {}", names::path(folder))).fact(fact);
     let is_wanted = |path: &PathBuf| {
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
         let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
-        !is_hidden && kind.extensions.iter().any(|wanted| wanted.eq_ignore_ascii_case(extension)) && path.is_file()
+        !is_hidden && kind.extensions.iter().any(|wanted| wanted.eq_ignore_ascii_case(extension)) && !path.is_dir()
     };
     let entries = folder.read_dir().map_err(|error| refuse(error.to_string()))?;
-    let files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_wanted).collect();
+    let paths: Vec<PathBuf> = entries
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()
+        .map_err(|error| refuse(error.to_string()))?;
+    let files: Vec<PathBuf> = paths.into_iter().filter(is_wanted).collect();
     if files.is_empty() {
         let pattern = folder.join("**").join(format!("*.{}", kind.extensions[0]));
         return Err(refuse(format!("it is a folder, and no {} is in it", kind.what)).help(format!(
@@ -86,11 +92,15 @@ pub fn matches(path: &Path, kind: Kind, action: &str, terminal: &Terminal) -> Re
     let pattern = path.to_str().filter(|text| text.contains(['*', '?', '[']));
     let Some(pattern) = pattern.filter(|_| path.symlink_metadata().is_err()) else { return Ok(vec![path.to_owned()]) };
     let refuse = |exit, fact: String| Failure::new(exit, format!("cannot {action} {}", names::path(path))).fact(fact);
-    let found = glob::glob(pattern).map_err(|e| {
+    let as_shells_do = MatchOptions { require_literal_leading_dot: true, ..MatchOptions::new() };
+    let found = glob::glob_with(pattern, as_shells_do).map_err(|e| {
         refuse(Exit::Usage, format!("no such file exists, and as a pattern it is wrong: {}", e.msg))
             .help("a pattern is made of *, ?, [a-z] and ** for any folders")
     })?;
-    let files: Vec<PathBuf> = found.filter_map(Result::ok).filter(|p| p.is_file()).collect();
+    let found: Vec<PathBuf> = found.collect::<Result<_, _>>().map_err(|error| {
+        refuse(Exit::Io, format!("{} cannot be searched: {}", names::path(error.path()), error.error()))
+    })?;
+    let files: Vec<PathBuf> = found.into_iter().filter(|path| !path.is_dir()).collect();
     if files.is_empty() {
         let folder = path.parent().filter(|folder| folder.is_dir()).unwrap_or(Path::new("."));
         return Err(refuse(Exit::Io, "no file matches the pattern".into())
@@ -170,5 +180,19 @@ mod tests {
         assert_eq!(matches(folder.path(), CACHES, "check", &silent()).unwrap(), [at("c.bvhc")]);
         let none = matches(&at("d.obj"), CACHES, "check", &silent()).unwrap_err();
         assert!(none.exit == Exit::Io && none.facts[0].contains("no cache file"), "{none:?}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_nothing_is_not_passed_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("a.bvhc"), "").unwrap();
+        std::fs::write(at(".c.bvhc"), "").unwrap();
+        std::os::unix::fs::symlink(at("gone"), at("b.bvhc")).unwrap();
+        for named in [folder.path().to_owned(), at("*.bvhc"), at("**/*.bvhc")] {
+            let found = matches(&named, CACHES, "check", &silent()).unwrap();
+            assert_eq!(found, [at("a.bvhc"), at("b.bvhc")], "{named:?}");
+        }
     }
 }

@@ -2,8 +2,10 @@
 
 use super::exit::Exit;
 use super::failure::Failure;
+use clap::ArgMatches;
 use clap::Error;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::parser::ValueSource;
 
 /// Why a flag does not go with some others. In what helps, `{other}` is the other flag that was typed.
 struct Conflict {
@@ -16,7 +18,7 @@ struct Conflict {
 const OTHER: &str = "leave out {other}";
 const TAKE_OUT: &str = "take a frame out as a still file: bvhc convert FILE -o STILL --frame N";
 
-const CONFLICTS: [Conflict; 31] = [
+const CONFLICTS: [Conflict; 33] = [
     row("--quiet", &["--verbose"], "one asks for fewer words and the other for more", "leave out --quiet"),
     // build
     row("--fps", &["--time"], "a clip is played as many frames, or posed at one time", "leave out --time"),
@@ -44,6 +46,12 @@ const CONFLICTS: [Conflict; 31] = [
     // stats, info, explain
     row("--csv", &["--json"], "both are forms of what is printed", "leave out --csv"),
     row("--frames", &["--epo", "--depths"], "the frames of a sequence are told by a row each", OTHER),
+    row(
+        "--csv",
+        &["--depths"],
+        "a line of comma-separated values is told of each file, and of no depth",
+        "leave out --csv",
+    ),
     row("--compare", &["--csv"], "what changed is told as text or as --json", OTHER),
     row(
         "--compare",
@@ -100,6 +108,25 @@ const CONFLICTS: [Conflict; 31] = [
     row("--compare", &["--tree", "--root"], "two files are compared as pictures of all that is in them", OTHER),
     // verify
     row(
+        "--list-devices",
+        &[
+            "FILE",
+            "--source",
+            "--frame",
+            "--device",
+            "--rays",
+            "--seed",
+            "--rays-from",
+            "--any-hit",
+            "--reference",
+            "--judge",
+            "--junit",
+            "--ray",
+        ],
+        "devices are listed, and nothing is traced",
+        OTHER,
+    ),
+    row(
         "--frame",
         &["--source"],
         "each frame is verified against its own triangles; a model is one moment of them",
@@ -130,6 +157,34 @@ const CONFLICTS: [Conflict; 31] = [
         OTHER,
     ),
 ];
+
+/// Flags that only another one reads: the command, the flag, and the other one. clap asks for the other only where nothing that was typed conflicts with it.
+const READ_ONLY_WITH: [(&str, &str, &str); 7] = [
+    ("build", "--exit-code", "--dry-run"),
+    ("build", "--depfile-target", "--depfile"),
+    ("stats", "--against-fresh", "--frames"),
+    ("stats", "--svg", "--frames"),
+    ("stats", "--fail-if", "--compare"),
+    ("view", "--depth", "--tree"),
+    ("verify", "--svg", "--accuracy"),
+];
+
+/// Refuse a flag whose partner was not typed, where clap does not.
+pub fn without_partner(matches: &ArgMatches) -> Result<(), Failure> {
+    let Some((command, matches)) = matches.subcommand() else { return Ok(()) };
+    let is_typed = |flag: &str| {
+        let definition = super::command();
+        let command = definition.find_subcommand(command);
+        let arg = command.and_then(|c| c.get_arguments().find(|arg| arg.get_long() == flag.strip_prefix("--")));
+        arg.is_some_and(|arg| matches.value_source(arg.get_id().as_str()) == Some(ValueSource::CommandLine))
+    };
+    let alone = READ_ONLY_WITH.iter().find(|(of, flag, other)| *of == command && is_typed(flag) && !is_typed(other));
+    alone.map_or(Ok(()), |(_, flag, other)| {
+        Err(Failure::new(Exit::Usage, format!("cannot take {flag} without {other}"))
+            .fact(format!("nothing but {other} reads it"))
+            .help(format!("leave out {flag}, or add {other}")))
+    })
+}
 
 const fn row(flag: &'static str, others: &'static [&'static str], why: &'static str, help: &'static str) -> Conflict {
     Conflict { flag, others, why, help }
@@ -195,6 +250,33 @@ mod tests {
         }
         assert!(pairs > 40, "{pairs}");
         assert!(told("--quiet", "--verbose").is_some());
+    }
+
+    #[test]
+    fn a_flag_without_its_partner_is_refused_beside_what_conflicts_with_the_partner() {
+        let said = |line: &str| {
+            let words = line.split(' ').map(std::ffi::OsString::from);
+            without_partner(&crate::cli::command().try_get_matches_from(words).unwrap())
+        };
+        for (line, flag) in [
+            ("bvhc view a.bvhc -o a.png --depth 2", "--depth"),
+            ("bvhc verify a.bvhc --junit a.xml --svg a.svg", "--svg"),
+            ("bvhc stats a.bvhc --csv --fail-if depth>4", "--fail-if"),
+        ] {
+            let text = said(line).unwrap_err().to_text(str::to_string);
+            assert!(text.contains(&format!("cannot take {flag} without")), "{text}");
+        }
+        for line in ["bvhc view a.bvhc --tree --depth 2", "bvhc verify a.bvhc --accuracy --svg a.svg", "bvhc info a"] {
+            assert!(said(line).is_ok(), "{line}");
+        }
+        // Each is spelled as it is in its command.
+        let definition = crate::cli::command();
+        for (command, flag, other) in READ_ONLY_WITH {
+            let command = definition.find_subcommand(command).unwrap();
+            for flag in [flag, other] {
+                assert!(command.get_arguments().any(|arg| arg.get_long() == flag.strip_prefix("--")), "{flag}");
+            }
+        }
     }
 
     #[test]

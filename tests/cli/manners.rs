@@ -102,6 +102,13 @@ fn what_would_be_ignored_is_refused_or_told() {
         ("build a.obj -o b.bvhc --fps 24", "cannot read a.obj with --fps"),
         ("build a.obj -o b.bvhc --play 0..1", "cannot read a.obj with --play"),
         ("build a.obj -o b.bvhc --depfile -", "cannot write a depfile to standard output"),
+        ("verify a.bvhc --list-devices", "devices are listed, and nothing is traced"),
+        ("verify --list-devices --junit a.xml", "devices are listed, and nothing is traced"),
+        ("verify a.bvhc --svg a.svg --junit a.xml", "cannot take --svg without --accuracy"),
+        ("view a.bvhc -o a.png --depth 2", "cannot take --depth without --tree"),
+        ("view a.bvhc -o a.png --scale 8", "the colours stand for no numbers"),
+        ("stats a.bvhc --csv --depths", "and of no depth"),
+        ("man --out -", "cannot write manual pages to standard output"),
         ("explain E01O1", "did you mean E0101?"),
         ("explain w04ol", "did you mean W0401?"),
     ] {
@@ -116,6 +123,12 @@ fn what_would_be_ignored_is_refused_or_told() {
     assert!(place.ok("build a.obj -o c.bvhc -f --ignore-extension KHR_x").err.contains(idle));
     assert!(!place.ok("build many -o out/ -f --ignore-extension KHR_x").err.contains(idle));
     assert!(place.ok("build many -o out/ -f -v --ignore-extension KHR_x").err.contains(idle));
+
+    // An effort that is asked for later does not make the file another one.
+    let late = "was not recorded then";
+    assert!(place.ok("build a.obj -o c.bvhc --record-effort --ignore-extension KHR_x").err.contains(late));
+    place.ok("build a.obj -o c.bvhc --record-effort -f");
+    assert!(!place.ok("build a.obj -o c.bvhc --record-effort").err.contains(late));
 
     // Counts are written alike everywhere.
     place.ok("stats a.bvhc --rays 1k");

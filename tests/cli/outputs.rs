@@ -151,7 +151,8 @@ fn a_model_of_no_triangle_is_refused_unless_it_may_be_empty() {
         let said = place.ok(&format!("build {name} -o out.bvhc --empty keep"));
         assert!(said.err.contains("there is no triangle in it"), "{}", said.err);
         place.ok("check out.bvhc");
-        assert!(place.ok(&format!("build {name} -o out.bvhc --empty keep")).out.contains("up to date"));
+        let again = place.ok(&format!("build {name} -o out.bvhc --empty keep -v"));
+        assert!(again.out.contains("up to date") && again.err.contains("there is no triangle in it"), "{}", again.err);
         // An empty cache is not what a build by the other policy would leave.
         assert_eq!(place.run(&format!("build {name} -o out.bvhc")).code, 4);
         std::fs::remove_file(place.path("out.bvhc")).unwrap();
@@ -225,9 +226,28 @@ fn pipes_are_refused_at_once() {
 fn a_limit_on_the_size_of_files_is_an_io_error_and_leaves_nothing() {
     let place = Place::new();
     place.write("a.obj", strip(400));
-    let limited = format!("ulimit -f 1; exec {} build a.obj -o a.bvhc", crate::program().display());
-    let said =
-        said(std::process::Command::new("sh").args(["-c", &limited]).current_dir(place.root()).output().unwrap());
-    assert!(said.code == 3 && said.err.contains("cannot write"), "{}: {}", said.code, said.err);
+    let limited = |args: &str| {
+        let limited = format!("ulimit -f 1; exec {} {args}", crate::program().display());
+        said(std::process::Command::new("sh").args(["-c", &limited]).current_dir(place.root()).output().unwrap())
+    };
+    let fails = |args: &str| {
+        let said = limited(args);
+        assert!(said.code == 3 && said.err.contains("cannot write"), "{args}, {}: {}", said.code, said.err);
+    };
+    fails("build a.obj -o a.bvhc");
     assert_eq!(place.names(), ["a.obj"]);
+
+    // Reports and pictures that are there stay as they are.
+    place.ok("build a.obj -o a.bvhc");
+    for (args, output) in [
+        ("view a.bvhc -o a.png --size 400x400 --shade cost", "a.png"),
+        ("view a.bvhc --html a.html", "a.html"),
+        ("verify a.bvhc --device cpu --rays 1000 --junit a.xml", "a.xml"),
+        ("verify a.bvhc --accuracy --rays 1000 --svg a.svg", "a.svg"),
+    ] {
+        place.ok(args);
+        let (before, names) = (place.read(output), place.names());
+        fails(args);
+        assert!(place.read(output) == before && place.names() == names, "{args}");
+    }
 }

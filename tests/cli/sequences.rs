@@ -43,7 +43,11 @@ fn the_frames_of_a_pattern_become_one_file() {
     ] {
         let said = place.ok(&format!(
             "build in/wave.%03d.obj -o wave.bvhc -n {}",
-            if args.contains("--trees") { args.to_string() } else { format!("{args} --trees first") }
+            if args.contains("--trees") || args.contains("never") {
+                args.to_string()
+            } else {
+                format!("{args} --trees first")
+            }
         ));
         assert!(said.out.contains(why), "{args}: {}", said.out);
     }
@@ -371,6 +375,8 @@ fn flags_that_a_file_does_not_read_are_refused() {
         ("build in/wave.001.obj -o still.bvhc --refit never -n", "--refit is about the trees of a sequence"),
         ("build in/wave.%03d.obj -o w%03d.bvhc --rebuild-ratio 2", "--rebuild-ratio is about the trees of a sequence"),
         ("build in/wave.%03d.obj -o wave.bvhc --degenerate drop", "--degenerate drop is about still files"),
+        ("build in/wave.%03d.obj -o w.bvhc --refit never --trees 2", "--trees has no effect: with --refit never"),
+        ("build in/wave.%03d.obj -o w.bvhc --refit always --rebuild-ratio 2", "--rebuild-ratio has no effect"),
         ("stats wave.bvhc --epo exact", "cannot measure a sequence with --epo"),
         ("stats wave.bvhc --depths", "cannot measure a sequence with --depths"),
     ] {

@@ -42,7 +42,7 @@ fn keep(name: &str, place: &Place, commands: &[&str]) {
         // What opening a frame takes, behind the bytes that it added.
         (r"(?m)^(\d+(?: +\d+){4}(?: +\d+\.\d+){2} +\d+) +\d+\.\d$", "$1  # µs"),
         (r#""(\w*(?:_ms|seconds|per_second|peak_memory|device_memory))": [0-9.e-]+"#, r#""$1": #"#),
-        (r"peak memory [0-9.]+ (KiB|MiB) \(\d+ bytes per triangle\)", "peak memory #"),
+        (r"peak memory [0-9.]+ (KiB|MiB)( \(\d+ bytes per triangle\))?", "peak memory #"),
         (r"peak memory of all builds together: [0-9.]+ (KiB|MiB)", "peak memory of all builds together: #"),
         (r"\b\d+ threads?\b", "# threads"),
         (r"(\| front \| |\bfront +)[0-9.]+", "$1# ms"),

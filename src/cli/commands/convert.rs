@@ -17,6 +17,7 @@ use crate::size::bytes;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::sync::RwLockReadGuard;
 
 /// Store cache files with another codec; their content stays the same, and so does their content id
 #[derive(Debug, Args)]
@@ -66,7 +67,8 @@ struct Document<'a> {
 
 #[derive(Serialize)]
 struct Converted {
-    input: String,
+    /// Of the file that was read.
+    path: String,
     output: String,
     /// The number of the sequence's frame that was taken out.
     frame: Option<i32>,
@@ -83,7 +85,8 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
     let mut outputs = outputs.iter();
     let (files, exit) = caches::each(&inputs, context, |input| {
         let output = outputs.next().map_or(args.output.as_path(), PathBuf::as_path);
-        let converted = convert(input, output, args, context)?;
+        // What was written is told before a signal may end the process.
+        let (converted, _publishing) = convert(input, output, args, context)?;
         if !context.terminal.json {
             tell(&converted, context)?;
         }
@@ -95,7 +98,15 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-fn convert(input: &Path, output: &Path, args: &ConvertArgs, context: &Context) -> Result<Converted, Failure> {
+/// The permission to write is held by whoever tells of it.
+type Publishing = RwLockReadGuard<'static, ()>;
+
+fn convert(
+    input: &Path,
+    output: &Path,
+    args: &ConvertArgs,
+    context: &Context,
+) -> Result<(Converted, Publishing), Failure> {
     outputs::is_no_pipe(output)?;
     outputs::make_folder(output, &args.output)?;
     outputs::writable(output)?;
@@ -105,7 +116,7 @@ fn convert(input: &Path, output: &Path, args: &ConvertArgs, context: &Context) -
     let write = WriteOptions { codec: args.codec, ..WriteOptions::default() };
     let compact = Some(NodeForm::any_compact(&args.nodes)).filter(|_| !args.nodes.is_empty());
     let of = |header: &Header, dropped: Vec<String>| Converted {
-        input: input.to_string_lossy().into_owned(),
+        path: input.to_string_lossy().into_owned(),
         output: output.to_string_lossy().into_owned(),
         frame: args.frame,
         input_len: input.metadata().map_or(0, |m| m.len()),
@@ -114,7 +125,8 @@ fn convert(input: &Path, output: &Path, args: &ConvertArgs, context: &Context) -
         dropped,
     };
     if let Some(number) = args.frame {
-        return Ok(of(&extract(input, output, number, args, write, context)?, Vec::new()));
+        let (header, publishing) = extract(input, output, number, args, write, context)?;
+        return Ok((of(&header, Vec::new()), publishing));
     }
     if compact == Some(true) && caches::is_sequence(input, context) {
         return Err(Failure::new(Exit::Usage, format!("cannot convert {}", names::path(input)))
@@ -123,10 +135,10 @@ fn convert(input: &Path, output: &Path, args: &ConvertArgs, context: &Context) -
     }
     let options = ConvertOptions { write, compact, strip_unknown: args.strip_unknown, drop_meta: args.drop_meta };
     // The permission to write is held over the reading too: the library does both in one step.
-    let _publishing = interrupt::publish()?;
+    let publishing = interrupt::publish()?;
     let done = cache::convert(input, output, &caches::options(context), &options, &context.exec)
         .map_err(|e| caches::failure(&e))?;
-    Ok(of(&done.written.header, done.dropped.iter().map(ToString::to_string).collect()))
+    Ok((of(&done.written.header, done.dropped.iter().map(ToString::to_string).collect()), publishing))
 }
 
 /// Write one frame of a sequence as a still file.
@@ -137,16 +149,16 @@ fn extract(
     args: &ConvertArgs,
     write: WriteOptions,
     context: &Context,
-) -> Result<Header, Failure> {
+) -> Result<(Header, Publishing), Failure> {
     let sequence = caches::open_sequence(input, context)?;
     let frame = caches::frame(&sequence, input, number, context)?;
     let (mut image, meta) = still::of_frame(&sequence, &frame);
     if NodeForm::any_compact(&args.nodes) {
         image.add_compact().map_err(|e| caches::failure(&e))?;
     }
-    let _publishing = interrupt::publish()?;
+    let publishing = interrupt::publish()?;
     let written = cache::write_file(output, &image, &meta, &write, &context.exec).map_err(|e| caches::failure(&e))?;
-    Ok(written.header)
+    Ok((written.header, publishing))
 }
 
 /// What was written, as text.

@@ -20,11 +20,16 @@ pub fn run(args: &ManArgs, context: &Context) -> Result<Exit, Failure> {
     let failed = |path: &Path, e: &std::io::Error| {
         Failure::new(Exit::Io, format!("cannot write {}", names::path(path))).fact(e.to_string())
     };
+    if args.out.as_os_str() == "-" {
+        return Err(Failure::new(Exit::Usage, "cannot write manual pages to standard output")
+            .fact("they are several files")
+            .help("name a folder; one that is called - is ./-"));
+    }
     std::fs::create_dir_all(&args.out).map_err(|e| failed(&args.out, &e))?;
     for (name, page) in pages().map_err(|e| failed(&args.out, &e))? {
         let path = args.out.join(name);
         drawing::may_replace(&path)?;
-        std::fs::write(&path, page).map_err(|e| failed(&path, &e))?;
+        drawing::put(&path, "the manual page", &page)?;
         if !context.terminal.quiet {
             context.terminal.result(&names::path(&path))?;
         }

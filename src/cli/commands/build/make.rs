@@ -5,7 +5,7 @@ use super::inputs;
 use super::options::NodeForm;
 use super::outcome::{Arrival, Built, Model, Times, peak_memory};
 use super::plan::Job;
-use super::remarks::{Kind, Remark, Remarks, with_warnings};
+use super::remarks::{Kind, Remark, Remarks, nothing_in_it, with_warnings};
 use super::{BuildArgs, Empty};
 use crate::build::BuildOptions;
 use crate::cache::keys::Recipe;
@@ -102,14 +102,11 @@ impl<'a> Workshop<'a> {
         let at_rest = self.args.read.at_rest;
         let remarks = Remarks { report: &read, read: &self.read, rounding: &rounding, placing: &placing, at_rest };
         let model = names::path(&job.input);
-        let empty = (laid.meshes.is_empty() && self.args.empty == Empty::Keep)
-            .then(|| Kind::Empty.remark("there is no triangle in it"));
-        let mut unasked = remarks.unasked(self.build.levels, self.accepts_degenerate());
-        unasked.extend(empty.clone());
+        let empty = (laid.meshes.is_empty() && self.args.empty == Empty::Keep).then(nothing_in_it);
         let mut warnings = remarks.warnings(self.build.levels);
         warnings.extend(empty);
         warnings.iter().for_each(|warning| terminal.warn(&format!("{model}: {}", warning.text)));
-        self.forgive(&model, &unasked)?;
+        self.forgive(&model, &warnings)?;
         self.tell_idle(&model, &read);
         if let Some(posed) = &posed {
             self.tell_moment(&model, posed);
@@ -182,17 +179,22 @@ impl<'a> Workshop<'a> {
         self.args.record_effort.then(|| BuildEffort { seconds, threads, peak_memory }.to_string())
     }
 
-    /// Whether a policy for triangles without area was typed, so that they are no news.
-    pub(super) fn accepts_degenerate(&self) -> bool {
-        self.args.read.model.degenerate.is_some()
+    /// Whether a policy for what is told was typed, so that it is no news.
+    fn is_asked_for(&self, told: &Remark) -> bool {
+        match told.kind {
+            Kind::WithoutArea => self.args.read.model.degenerate.is_some(),
+            Kind::Empty => self.args.empty == Empty::Keep,
+            _ => false,
+        }
     }
 
-    /// Refuse a model of which something was told, where that is asked for.
+    /// Refuse a model of which something was told that nobody asked for, where that is wanted.
     pub(super) fn forgive(&self, model: &str, told: &[Remark]) -> Result<(), Failure> {
-        if !self.args.warnings_as_errors || told.is_empty() {
+        let unasked: Vec<Remark> = told.iter().filter(|told| !self.is_asked_for(told)).cloned().collect();
+        if !self.args.warnings_as_errors || unasked.is_empty() {
             return Ok(());
         }
-        Err(with_warnings(model, told))
+        Err(with_warnings(model, &unasked))
     }
 
     fn read(&self, job: &Job, bar: &Bar) -> Result<Scene, Failure> {

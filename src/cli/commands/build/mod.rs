@@ -239,6 +239,8 @@ fn settle(job: &Job, workshop: &Workshop) -> Result<Settled, Failure> {
         Verdict::UpToDate { build_key, inputs } if !args.force => {
             let warnings = workshop.remembered(job)?;
             workshop.forgive_again(job, &warnings)?;
+            warnings.iter().for_each(|warning| context.terminal.detail(&format!("{name}: {}", warning.text)));
+            workshop.tell_unrecorded(job)?;
             if !args.dry_run {
                 dependencies::write(job, args, &inputs, &workshop.strays, &context.terminal)?;
                 if args.touch {

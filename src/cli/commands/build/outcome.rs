@@ -294,13 +294,18 @@ impl Built {
     pub fn detail(&self, job: &Job) -> String {
         let t = &self.times;
         let memory = self.peak_memory.map_or_else(String::new, |m| {
-            let each = m.checked_div(self.triangles).map_or_else(String::new, |b| format!(" ({b} bytes per triangle)"));
+            // Of a small model, nearly all is the program itself.
+            let each = Some(self.triangles).filter(|n| *n >= FEWEST_TO_DIVIDE).map(|n| m / n);
+            let each = each.map_or_else(String::new, |b| format!(" ({b} bytes per triangle)"));
             format!(", peak memory {}{each}", bytes(m))
         });
         let name = names::path(&job.output);
         format!("{name}: read {:.0} ms, build {:.0} ms, write {:.0} ms{memory}", t.read_ms, t.build_ms, t.write_ms)
     }
 }
+
+/// Triangles from which on the memory of a triangle says more of the build than of the program.
+const FEWEST_TO_DIVIDE: u64 = 1 << 16;
 
 /// `VmHWM` of Linux; other systems do not tell without more code than the figure is worth.
 pub fn peak_memory() -> Option<u64> {

@@ -215,6 +215,9 @@ fn refuse_own_inputs(args: &BuildArgs, frames: &[Input], jobs: Vec<Job>) -> Resu
 fn suits(args: &BuildArgs, job: &Job) -> Result<(), Failure> {
     let refuse =
         |fact: String| Failure::new(Exit::Usage, format!("cannot build {}", names::path(&job.output))).fact(fact);
+    if let (Some(_), Some((flag, why))) = (&job.frames, args.frames.idle()) {
+        return Err(refuse(format!("{flag} has no effect: {why}")).help(format!("leave out {flag}")));
+    }
     match (&job.frames, args.frames.of_sequences(), args.read.model.degenerate) {
         (None, Some(flag), _) => {
             Err(refuse(format!("{flag} is about the trees of a sequence, and this becomes a still file"))

@@ -44,6 +44,11 @@ impl Kind {
     }
 }
 
+/// Of a still file.
+pub fn nothing_in_it() -> Remark {
+    Kind::Empty.remark("there is no triangle in it")
+}
+
 /// What became of a model between its file and its trees.
 pub struct Remarks<'a> {
     /// With the triangles that lost their area only where they were put.
@@ -103,13 +108,6 @@ impl Remarks<'_> {
             _ => lines.push(format!("{}; export it closer to the origin", lost("32-bit matrices", "move", placed))),
         }
         lines
-    }
-
-    /// The warnings that nobody asked for: all, but for triangles without area where a policy for them was typed.
-    pub fn unasked(&self, levels: Levels, accepts_degenerate: bool) -> Vec<Remark> {
-        let mut remarks = self.warnings(levels);
-        remarks.retain(|remark| !(accepts_degenerate && remark.kind == Kind::WithoutArea));
-        remarks
     }
 
     /// What reading had to decide where the model does not say or may not be followed, each as a sentence.

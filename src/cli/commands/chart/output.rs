@@ -70,7 +70,7 @@ pub fn write<D: Serialize>(
         let page =
             Page { title: title.clone(), lead: lead.clone(), warnings: warnings.clone(), sections: sections.clone() };
         let html = page.html();
-        drawing::text(path, "the page", &html)?;
+        drawing::put(path, "the page", html.as_bytes())?;
         written.push((path, html.len() as u64));
     }
     if let Some(path) = &args.svg {
@@ -82,7 +82,7 @@ pub fn write<D: Serialize>(
         written.push((path, drawing::pixels(path, &canvas)?));
     }
     if let Some(path) = &args.csv {
-        drawing::text(path, "the figures", &made.csv)?;
+        drawing::put(path, "the figures", made.csv.as_bytes())?;
         written.push((path, made.csv.len() as u64));
     }
     let terminal = &context.terminal;

@@ -53,7 +53,7 @@ pub struct StatsArgs {
     #[arg(long, value_name = "HOW", value_enum)]
     epo: Option<Epo>,
     /// Show also the nodes, leaves and overlap at each depth
-    #[arg(long)]
+    #[arg(long, conflicts_with = "csv")]
     depths: bool,
     /// Of two files: what changed from the first to the second
     #[arg(long, conflicts_with_all = ["csv", "frames", "depths"])]

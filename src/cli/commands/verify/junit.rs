@@ -2,7 +2,7 @@
 
 use super::file::Verified;
 use super::text;
-use crate::cli::exit::Exit;
+use crate::cli::drawing;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::trace::rays::RaySet;
@@ -96,9 +96,7 @@ fn trouble(device: &DeviceOutcome, set: RaySet, counts: &Counts) -> Trouble {
 }
 
 pub fn write(path: &Path, suites: &[Suite]) -> Result<(), Failure> {
-    let failed =
-        |e: std::io::Error| Failure::new(Exit::Io, format!("cannot write {}", names::path(path))).fact(e.to_string());
-    std::fs::write(path, document(suites)).map_err(failed)
+    drawing::put(path, "the report", document(suites).as_bytes())
 }
 
 fn document(suites: &[Suite]) -> String {

@@ -61,7 +61,7 @@ pub struct VerifyArgs {
     #[arg(long = "device", value_name = "DEVICE", value_parser = devices::parse)]
     devices: Vec<Wanted>,
     /// Show the OpenCL devices
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["files", "source", "frames", "devices", "rays", "seed", "rays_from", "any_hit", "reference", "judge", "junit", "ray"])]
     list_devices: bool,
     /// Fail with 5 where there is no usable OpenCL device
     #[arg(long)]

@@ -46,7 +46,10 @@ pub fn verdict(verified: &Verified, plan: &Plan, context: &Context) -> String {
         text.push_str(&deviation(device));
         if total.brute_rays > 0 {
             let (rays, other) = (figures::counted(total.brute_rays, "ray", "rays"), figures::count(total.brute_unlike));
-            text.push_str(&format!("{name}: {rays} traced without the tree, too: {other} answered otherwise then\n"));
+            let took = figures::seconds(Duration::from_secs_f64(total.brute_seconds));
+            text.push_str(&format!(
+                "{name}: {rays} traced without the tree, too: {other} answered otherwise then; {took}\n"
+            ));
         }
     }
     if verified.is_lowered {

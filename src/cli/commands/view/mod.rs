@@ -21,7 +21,7 @@ use crate::cli::outputs;
 use crate::cli::patterns;
 use crate::report::outline::Outline;
 use crate::report::picture::{
-    Canvas, Difference, Figures, Lens, Scale, Shade, Shot, Subtree, beside, boxes, heading, stacked,
+    Canvas, Difference, Figures, Lens, Scale, Shot, Subtree, beside, boxes, heading, stacked,
 };
 use crate::size::bytes;
 use crate::trace::Malformed;
@@ -39,6 +39,7 @@ struct Job<'a> {
 }
 
 pub fn run(args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
+    args.suits()?;
     let files = patterns::expand(&args.files, patterns::CACHES, "view", &context.terminal)?;
     if args.compare && files.len() != 2 {
         return Err(Failure::new(Exit::Usage, format!("cannot compare {} files", files.len()))
@@ -147,7 +148,7 @@ impl Job<'_> {
             false => Film { width: 1280, height: 800 },
         };
         let film = args.size.unwrap_or(size);
-        let shade = args.shade.unwrap_or(if args.compare { Shade::Cost } else { Shade::Lit });
+        let shade = args.shade();
         let camera = camera(views[0], &film, args, context);
         let fine = usize::from(args.samples);
         let lens = Lens::new(&camera, film.width * fine, film.height * fine);

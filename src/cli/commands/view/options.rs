@@ -2,6 +2,8 @@
 
 use crate::cli::Context;
 use crate::cli::commands::convert::one_frame;
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::report::picture::{Shade, Standpoint};
 use crate::trace::probe::Camera;
@@ -108,6 +110,21 @@ pub enum Up {
 }
 
 impl ViewArgs {
+    /// What the colours show.
+    pub fn shade(&self) -> Shade {
+        self.shade.unwrap_or(if self.compare { Shade::Cost } else { Shade::Lit })
+    }
+
+    /// Refuse a scale where colours stand for no numbers.
+    pub fn suits(&self) -> Result<(), Failure> {
+        if self.scale.is_none() || self.shade().counted().is_some() {
+            return Ok(());
+        }
+        Err(Failure::new(Exit::Usage, "cannot draw with --scale")
+            .fact(format!("with --shade {} the colours stand for no numbers", self.shade().name()))
+            .help("leave out --scale, or count something, such as --shade cost"))
+    }
+
     /// On which port to serve a page, where that is asked for: by the flag, or by a person at a terminal who says nothing of where the picture goes. 0 is any.
     pub fn port(&self, says_nothing: bool, context: &Context) -> Option<u16> {
         let is_watched = says_nothing && !context.terminal.json && std::io::stdout().is_terminal();

@@ -5,6 +5,7 @@ use super::options::{Stand, ViewArgs};
 use crate::cache::View;
 use crate::cli::Context;
 use crate::cli::caches;
+use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt;
@@ -21,9 +22,7 @@ pub fn make(files: &[PathBuf], output: &Path, args: &ViewArgs, context: &Context
     let (text, frames) = text(files, args, context)?;
     {
         let _publishing = interrupt::publish()?;
-        std::fs::write(output, &text).map_err(|e| {
-            Failure::new(Exit::Io, format!("cannot write the page {}", names::path(output))).fact(e.to_string())
-        })?;
+        drawing::put(output, "the page", text.as_bytes())?;
     }
     if !context.terminal.quiet && !context.terminal.json {
         let frames = if frames > 1 { format!(", {frames} frames") } else { String::new() };

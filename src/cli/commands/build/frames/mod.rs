@@ -140,6 +140,24 @@ impl FrameArgs {
         self.fps.map(|_| "--fps").or(self.play.map(|_| "--play"))
     }
 
+    /// The first flag that was given and that says nothing beside `--refit`, and why.
+    pub fn idle(&self) -> Option<(&'static str, &'static str)> {
+        match self.policy().refit {
+            Refit::Never => [
+                ("--trees", self.trees.is_some()),
+                ("--rebuild-ratio", self.rebuild_ratio.is_some()),
+                ("--keyframe-every", self.keyframe_every.is_some()),
+            ]
+            .into_iter()
+            .find_map(|(flag, is_given)| is_given.then_some(flag))
+            .map(|flag| (flag, "with --refit never, every frame has trees of its own")),
+            Refit::Always if self.rebuild_ratio.is_some() => {
+                Some(("--rebuild-ratio", "with --refit always, no tree is built anew for what refitting costs"))
+            }
+            _ => None,
+        }
+    }
+
     /// The first flag that was given and that only a sequence reads.
     pub fn of_sequences(&self) -> Option<&'static str> {
         let given = [

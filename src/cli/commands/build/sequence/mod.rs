@@ -139,8 +139,6 @@ impl Workshop<'_> {
         }
         let mut warnings = remarks.warnings(Levels::Two);
         let empty = nothing_in(frames.iter().filter(|frame| frame.instanced_triangles == 0).count() as u64);
-        let mut unasked = remarks.unasked(Levels::Two, self.accepts_degenerate());
-        unasked.extend(empty.clone());
         warnings.extend(empty);
         let place = match troubled[..] {
             [] => name.clone(),
@@ -150,7 +148,7 @@ impl Workshop<'_> {
             }
         };
         warnings.iter().for_each(|warning| self.context.terminal.warn(&format!("{place}: {}", warning.text)));
-        self.forgive(&place, &unasked)?;
+        self.forgive(&place, &warnings)?;
 
         self.tell_idle(&model, &report);
         if let Some(note) = own_cuts(&frames) {
