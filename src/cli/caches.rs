@@ -76,15 +76,46 @@ pub fn options(context: &Context) -> OpenOptions {
     OpenOptions { validation: Validation::Hash, mmap, max_memory }
 }
 
+/// A sequence that stays open while its frames are taken one after the other.
+pub struct KeptOpen<'c> {
+    context: &'c Context,
+    last: Option<(PathBuf, Sequence)>,
+}
+
+impl<'c> KeptOpen<'c> {
+    pub fn new(context: &'c Context) -> KeptOpen<'c> {
+        KeptOpen { context, last: None }
+    }
+
+    /// The sequence of this file, opened unless it was the last one.
+    pub fn sequence(&mut self, path: &Path) -> Result<&Sequence, Failure> {
+        let kept = self.last.take().filter(|(last, _)| last == path);
+        let opened = match kept {
+            Some((_, sequence)) => sequence,
+            None => open_sequence(path, self.context)?,
+        };
+        Ok(&self.last.insert((path.to_owned(), opened)).1)
+    }
+}
+
 /// Do the same for every file: failures are reported at once and do not stop the others; the exit code is the common one.
 pub fn each<T>(
     paths: &[PathBuf],
     context: &Context,
     mut work: impl FnMut(&Path) -> Result<T, Failure>,
 ) -> (Vec<Entry<T>>, Exit) {
+    each_of(paths.iter().map(|path| (path.as_path(), None)), context, |(path, _)| work(path))
+}
+
+/// [`each`], of files or of frames of them.
+pub fn each_of<'p, T>(
+    things: impl Iterator<Item = (&'p Path, Option<i32>)>,
+    context: &Context,
+    mut work: impl FnMut((&'p Path, Option<i32>)) -> Result<T, Failure>,
+) -> (Vec<Entry<T>>, Exit) {
     let (mut entries, mut exits) = (Vec::new(), Vec::new());
-    for path in paths {
-        match work(path) {
+    for (path, frame) in things {
+        match work((path, frame)) {
             Ok(result) => {
                 entries.push(Entry::Done(result));
                 exits.push(Exit::Success);
@@ -92,7 +123,7 @@ pub fn each<T>(
             Err(failure) => {
                 context.terminal.error(&failure);
                 exits.push(failure.exit);
-                entries.push(Entry::failed(path, None, &failure));
+                entries.push(Entry::failed(path, frame, &failure));
                 if failure.exit == Exit::Interrupted {
                     return (entries, Exit::Interrupted);
                 }

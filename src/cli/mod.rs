@@ -28,6 +28,7 @@ mod drawing;
 pub mod exit;
 mod failure;
 mod figures;
+mod frame_list;
 mod heap;
 mod identity;
 mod interrupt;

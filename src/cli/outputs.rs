@@ -52,38 +52,57 @@ pub fn place(output: &Path) -> PathBuf {
     }
 }
 
-/// Where each input's output goes: to the one that is named, or into a folder under the input's own name with this extension. Refuses what could lose data:
-/// two inputs for one output, and an output that is an input. `action` is what is done with the inputs, for errors.
-pub fn of_each(inputs: &[PathBuf], output: &Path, extension: &str, action: &str) -> Result<Vec<PathBuf>, Failure> {
+/// What an output is made of: a file, or a frame of it.
+#[derive(Clone, Debug)]
+pub struct Source {
+    pub path: PathBuf,
+    pub frame: Option<i32>,
+    /// Whether a list of frames was asked for, so that the number belongs into the name.
+    pub is_one_of_several: bool,
+}
+
+/// Where each output goes: to the one that is named, to the name that a pattern has for its frame, or into a folder under the input's own name with this
+/// extension. Refuses what could lose data: two inputs for one output, and an output that is an input. `action` is what is done with the inputs, for errors.
+pub fn of_each(sources: &[Source], output: &Path, extension: &str, action: &str) -> Result<Vec<PathBuf>, Failure> {
     let refuse = |fact: String| Failure::new(Exit::Usage, format!("cannot {action}")).fact(fact);
     let into_folder = is_folder(output);
-    if !into_folder && Pattern::parse(output).is_some() {
-        return Err(refuse(format!(
-            "{} has a place for a frame's number, and one file is written",
-            names::path(output)
-        ))
-        .help("name a file without such a place, or a folder"));
-    }
-    if inputs.len() > 1 && !into_folder {
-        let shown = names::path(output);
-        return Err(refuse(format!("{} inputs need a folder to go to, and {shown} is not one", inputs.len()))
+    let shown = names::path(output);
+    let pattern = match Pattern::parse(output).filter(|_| !into_folder) {
+        None => None,
+        Some(Ok(pattern)) if pattern.numbers.is_none() && sources.iter().all(|source| source.frame.is_some()) => {
+            Some(pattern)
+        }
+        Some(_) => {
+            return Err(refuse(format!("{shown} has a place for a frame's number, and one file is written"))
+                .help("name a file without such a place, or a folder, or choose frames of a sequence with --frame"));
+        }
+    };
+    if sources.len() > 1 && !into_folder && pattern.is_none() {
+        let what = if sources.iter().all(|source| source.is_one_of_several) { "frames" } else { "inputs" };
+        return Err(refuse(format!("{} {what} need a folder to go to, and {shown} is not one", sources.len()))
             .help(format!("write -o {shown}/ to make it a folder")));
     }
-    let name = |input: &Path| -> Option<PathBuf> {
-        if !into_folder {
-            return Some(output.to_owned());
+    let name = |source: &Source| -> Option<PathBuf> {
+        match (&pattern, source.frame) {
+            (Some(pattern), Some(number)) => return Some(pattern.path(number)),
+            _ if !into_folder => return Some(output.to_owned()),
+            _ => {}
         }
-        let mut name = input.file_stem()?.to_os_string();
+        let mut name = source.path.file_stem()?.to_os_string();
+        if let Some(number) = source.frame.filter(|_| source.is_one_of_several) {
+            name.push(format!(".{number:04}"));
+        }
         name.push(".");
         name.push(extension);
         Some(output.join(name))
     };
     let read: BTreeMap<Identity, &PathBuf> =
-        inputs.iter().filter_map(|input| Some((Identity::of(input)?, input))).collect();
+        sources.iter().filter_map(|source| Some((Identity::of(&source.path)?, &source.path))).collect();
     let mut owners: BTreeMap<PathBuf, &Path> = BTreeMap::new();
-    let mut outputs = Vec::with_capacity(inputs.len());
-    for input in inputs {
-        let output = name(input).ok_or_else(|| refuse(format!("{} names no file", names::path(input))))?;
+    let mut outputs = Vec::with_capacity(sources.len());
+    for source in sources {
+        let input = &source.path;
+        let output = name(source).ok_or_else(|| refuse(format!("{} names no file", names::path(input))))?;
         if let Some(same) = Identity::of(&output).and_then(|output| read.get(&output)) {
             let fact = match *same == input {
                 true => format!("{} and its output {} are one file", names::path(input), names::path(&output)),

@@ -16,6 +16,7 @@ mod documents;
 mod extensions;
 mod forged;
 mod frame_hits;
+mod frame_lists;
 mod frames;
 mod hard_motions;
 mod inputs;

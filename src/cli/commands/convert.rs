@@ -3,11 +3,12 @@
 use super::build::options::NodeForm;
 use super::build::parse_codec;
 use super::still;
-use crate::cache::{self, Codec, ConvertOptions, Header, WriteOptions};
+use crate::cache::{self, Codec, ConvertOptions, Header, Sequence, WriteOptions};
 use crate::cli::Context;
-use crate::cli::caches;
+use crate::cli::caches::{self, KeptOpen};
 use crate::cli::exit::Exit;
 use crate::cli::failure::{Entry, Failure};
+use crate::cli::frame_list::FrameList;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::outputs;
@@ -22,18 +23,19 @@ use std::sync::RwLockReadGuard;
 /// Store cache files with another codec; their content stays the same, and so does their content id
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  bvhc convert rock.bvhc -o rock.small.bvhc --codec zstd:19\n  bvhc convert rock.small.bvhc -o rock.bvhc --codec raw\n  bvhc convert rock.bvhc -o rock.wide.bvhc --nodes compact8  rays are traced faster\n  bvhc convert heli.bvhc -o heli.7.bvhc --frame 7            one frame of a sequence\n  bvhc convert caches/ -o small/ --codec zstd:19             all files of a folder"
+    after_help = "Examples:\n  bvhc convert rock.bvhc -o rock.small.bvhc --codec zstd:19\n  bvhc convert rock.small.bvhc -o rock.bvhc --codec raw\n  bvhc convert rock.bvhc -o rock.wide.bvhc --nodes compact8  rays are traced faster\n  bvhc convert heli.bvhc -o heli.7.bvhc --frame 7            one frame of a sequence\n  bvhc convert heli.bvhc -o heli.%04d.bvhc --frame all       each frame as a still file\n  bvhc convert caches/ -o small/ --codec zstd:19             all files of a folder"
 )]
 pub struct ConvertArgs {
     /// Cache files to read, folders of them, or quoted patterns such as 'caches/**/*.bvhc'
     #[arg(required = true, value_name = "IN")]
     inputs: Vec<PathBuf>,
-    /// Cache file to write, or a folder (`DIR/`) that receives a file of the same name for each
+    /// Cache file to write, or a folder (`DIR/`) that receives a file of the same name for each; of several frames a folder, or a name with a place for the number
+    /// such as heli.%04d.bvhc
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// Of a sequence: the number of the frame that becomes a still file
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = one_frame)]
-    frame: Option<i32>,
+    /// Of a sequence: the frames that become still files: one number, a list such as 1-100 or 1,5-9, or all
+    #[arg(long, value_name = "all|LIST", allow_hyphen_values = true, value_parser = FrameList::parse)]
+    frame: Option<FrameList>,
     /// How sections are stored: raw can be mapped, zstd is smaller (levels 1 to 22, usually 3), compact is about a tenth of a raw sequence (level
     /// usually 9) and zstd in a still file
     #[arg(long, value_name = "raw|zstd[:LEVEL]|compact[:LEVEL]", default_value = "raw", value_parser = parse_codec)]
@@ -50,11 +52,6 @@ pub struct ConvertArgs {
     /// Leave out sections that this version does not know
     #[arg(long, conflicts_with = "frame")]
     strip_unknown: bool,
-}
-
-/// The number of a frame.
-pub fn one_frame(text: &str) -> Result<i32, String> {
-    text.parse().map_err(|_| format!("`{text}` is not the number of one frame; bvhc info FILE says which there are"))
 }
 
 /// What became of each file.
@@ -81,12 +78,15 @@ struct Converted {
 
 pub fn run(args: &ConvertArgs, context: &Context) -> Result<Exit, Failure> {
     let inputs = patterns::expand(&args.inputs, patterns::CACHES, "convert", &context.terminal)?;
-    let outputs = outputs::of_each(&inputs, &args.output, "bvhc", "convert")?;
+    let sources = FrameList::sources(args.frame.as_ref(), &inputs, "convert", context)?;
+    let outputs = outputs::of_each(&sources, &args.output, "bvhc", "convert")?;
     let mut outputs = outputs.iter();
-    let (files, exit) = caches::each(&inputs, context, |input| {
+    let mut open = KeptOpen::new(context);
+    let things = sources.iter().map(|source| (source.path.as_path(), source.frame));
+    let (files, exit) = caches::each_of(things, context, |(input, frame)| {
         let output = outputs.next().map_or(args.output.as_path(), PathBuf::as_path);
         // What was written is told before a signal may end the process.
-        let (converted, _publishing) = convert(input, output, args, context)?;
+        let (converted, _publishing) = convert(input, frame, output, args, &mut open, context)?;
         if !context.terminal.json {
             tell(&converted, context)?;
         }
@@ -103,8 +103,10 @@ type Publishing = RwLockReadGuard<'static, ()>;
 
 fn convert(
     input: &Path,
+    frame: Option<i32>,
     output: &Path,
     args: &ConvertArgs,
+    open: &mut KeptOpen<'_>,
     context: &Context,
 ) -> Result<(Converted, Publishing), Failure> {
     outputs::is_no_pipe(output)?;
@@ -118,14 +120,15 @@ fn convert(
     let of = |header: &Header, dropped: Vec<String>| Converted {
         path: input.to_string_lossy().into_owned(),
         output: output.to_string_lossy().into_owned(),
-        frame: args.frame,
+        frame,
         input_len: input.metadata().map_or(0, |m| m.len()),
         output_len: header.file_len,
         content_id: hex(&header.content_id),
         dropped,
     };
-    if let Some(number) = args.frame {
-        let (header, publishing) = extract(input, output, number, args, write, context)?;
+    if let Some(number) = frame {
+        let sequence = open.sequence(input)?;
+        let (header, publishing) = extract(sequence, input, output, number, args, write, context)?;
         return Ok((of(&header, Vec::new()), publishing));
     }
     if compact == Some(true) && caches::is_sequence(input, context) {
@@ -143,6 +146,7 @@ fn convert(
 
 /// Write one frame of a sequence as a still file.
 fn extract(
+    sequence: &Sequence,
     input: &Path,
     output: &Path,
     number: i32,
@@ -150,9 +154,8 @@ fn extract(
     write: WriteOptions,
     context: &Context,
 ) -> Result<(Header, Publishing), Failure> {
-    let sequence = caches::open_sequence(input, context)?;
-    let frame = caches::frame(&sequence, input, number, context)?;
-    let (mut image, meta) = still::of_frame(&sequence, &frame);
+    let frame = caches::frame(sequence, input, number, context)?;
+    let (mut image, meta) = still::of_frame(sequence, &frame);
     if NodeForm::any_compact(&args.nodes) {
         image.add_compact().map_err(|e| caches::failure(&e))?;
     }

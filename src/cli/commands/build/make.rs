@@ -105,7 +105,7 @@ impl<'a> Workshop<'a> {
         let empty = (laid.meshes.is_empty() && self.args.empty == Empty::Keep).then(nothing_in_it);
         let mut warnings = remarks.warnings(self.build.levels);
         warnings.extend(empty);
-        warnings.iter().for_each(|warning| terminal.warn(&format!("{model}: {}", warning.text)));
+        self.tell(&model, &warnings);
         self.forgive(&model, &warnings)?;
         self.tell_idle(&model, &read);
         if let Some(posed) = &posed {
@@ -185,6 +185,17 @@ impl<'a> Workshop<'a> {
             Kind::WithoutArea => self.args.read.model.degenerate.is_some(),
             Kind::Empty => self.args.empty == Empty::Keep,
             _ => false,
+        }
+    }
+
+    /// Warn of what nobody asked for, and note what was asked for.
+    pub(super) fn tell(&self, place: &str, told: &[Remark]) {
+        for remark in told {
+            let line = format!("{place}: {}", remark.text);
+            match self.is_asked_for(remark) {
+                true => self.context.terminal.note(&line),
+                false => self.context.terminal.warn(&line),
+            }
         }
     }
 

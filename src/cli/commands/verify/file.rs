@@ -1,7 +1,7 @@
 //! One file: opened, its scene read, verified.
 
+use super::VerifyArgs;
 use super::devices::{self, Bench};
-use super::{Frames, VerifyArgs};
 use crate::cache::check::{Finding, Limits};
 use crate::cache::rules::{self, Severity};
 use crate::cache::{self, Cache, Codec, Image, Meta, OpenOptions, Sequence, Validation, View, WriteOptions};
@@ -9,6 +9,7 @@ use crate::cli::Context;
 use crate::cli::caches;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::frame_list::FrameList;
 use crate::cli::names;
 use crate::cli::patterns;
 use crate::cli::progress::Bar;
@@ -16,7 +17,6 @@ use crate::cli::source::{self, Stated};
 use crate::compile::{self, LaidOut};
 use crate::geom::Affine;
 use crate::layout::max_depth;
-use crate::scene::frames::ranges;
 use crate::scene::{Instance, Scene};
 use crate::verify::{Cpu, Outcome, Placed, Plan, Subject, VerifyError, is_of_model, placed, scene_of_file};
 use std::path::{Path, PathBuf};
@@ -74,7 +74,7 @@ const LEAST_RAYS: u64 = 20_000;
 /// Each of the frames of a sequence that are asked for, as the still file that it is.
 pub fn verify_frames(
     path: &Path,
-    frames: &Frames,
+    frames: &FrameList,
     args: &VerifyArgs,
     plan: &Plan,
     bench: &Bench,
@@ -83,17 +83,7 @@ pub fn verify_frames(
 ) -> Result<(), Failure> {
     cache::sound_sequence(path, &caches::options(context), &context.exec).map_err(|e| caches::failure(&e))?;
     let sequence = caches::open_sequence(path, context)?;
-    let numbers: Vec<i32> = sequence.frames().iter().map(|frame| frame.number).filter(|n| frames.has(*n)).collect();
-    let absent: Vec<i32> = match frames {
-        Frames::Some(asked) => asked.list().iter().copied().filter(|n| sequence.numbered(*n).is_none()).collect(),
-        Frames::All => Vec::new(),
-    };
-    if numbers.is_empty() || !absent.is_empty() {
-        let there: Vec<i32> = sequence.frames().iter().map(|frame| frame.number).collect();
-        return Err(Failure::new(Exit::Usage, format!("cannot verify {}", names::path(path)))
-            .fact(format!("not in the file: frame {}; it has {}", ranges(&absent), ranges(&there)))
-            .help("take those that are there: --frame all"));
-    }
+    let numbers = frames.of(&sequence, path, "verify")?;
     // What is a million rays for a still file is shared by the frames.
     let rays = args.rays.unwrap_or_else(|| (plan.rays / numbers.len() as u64).max(LEAST_RAYS));
     let plan = &Plan { rays, ..plan.clone() };

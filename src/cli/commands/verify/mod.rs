@@ -19,11 +19,11 @@ use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::{Entry, Failure};
 use crate::cli::figures;
+use crate::cli::frame_list::FrameList;
 use crate::cli::names;
 use crate::cli::patterns;
 use crate::cli::source::SourceReading;
 use crate::geom::Ray;
-use crate::scene::frames::Numbers;
 use crate::trace::rays::RaySet;
 use crate::verify::{Asked, Plan, Reference, SETS, read_ray, set_named};
 use clap::{Args, ValueEnum};
@@ -53,9 +53,9 @@ pub struct VerifyArgs {
     #[command(flatten)]
     reading: SourceReading,
     /// Of sequences: the frames to verify, each against its own triangles: all, or numbers such as 7, 1-100 or 1,5-9
-    #[arg(long = "frame", value_name = "all|LIST", value_parser = Frames::parse, allow_hyphen_values = true)]
+    #[arg(long = "frame", value_name = "all|LIST", value_parser = FrameList::parse, allow_hyphen_values = true)]
     #[arg(conflicts_with_all = ["source", "ray", "accuracy"])]
-    frames: Option<Frames>,
+    frames: Option<FrameList>,
     /// Where to trace: cpu, opencl, opencl:N or all; may be given again. The CPU traces in any case, since its hits are what the
     /// others are compared with [default: opencl where there is a device, else cpu]
     #[arg(long = "device", value_name = "DEVICE", value_parser = devices::parse)]
@@ -109,26 +109,6 @@ enum ReferenceName {
     Bvh,
     /// Brute force for every ray: slow in large scenes
     Brute,
-}
-
-/// Which frames of a sequence are meant.
-#[derive(Clone, Debug, PartialEq)]
-enum Frames {
-    All,
-    Some(Numbers),
-}
-
-impl Frames {
-    fn parse(text: &str) -> Result<Frames, String> {
-        if text == "all" { Ok(Frames::All) } else { text.parse().map(Frames::Some) }
-    }
-
-    fn has(&self, number: i32) -> bool {
-        match self {
-            Frames::All => true,
-            Frames::Some(numbers) => numbers.list().binary_search(&number).is_ok(),
-        }
-    }
 }
 
 /// What a name of `--rays-from` stands for.
@@ -220,7 +200,7 @@ pub fn run(args: &VerifyArgs, context: &Context) -> Result<Exit, Failure> {
             continue;
         }
         let whole = is_sequence;
-        let done = match args.frames.as_ref().or(whole.then_some(&Frames::All)) {
+        let done = match args.frames.as_ref().or(whole.then_some(&FrameList::All)) {
             None => verdicts.take(path, None, file::verify(path, args, &plan, &bench, context), start.elapsed()),
             Some(frames) => {
                 verdicts.frames = FrameSum::default();

@@ -12,12 +12,13 @@ use self::letters::Colours;
 use self::options::{Film, Stand};
 use crate::cache::View;
 use crate::cli::Context;
-use crate::cli::caches;
+use crate::cli::caches::{self, KeptOpen};
 use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::frame_list::FrameList;
 use crate::cli::names;
-use crate::cli::outputs;
+use crate::cli::outputs::{self, Source};
 use crate::cli::patterns;
 use crate::report::outline::Outline;
 use crate::report::picture::{
@@ -26,6 +27,7 @@ use crate::report::picture::{
 use crate::size::bytes;
 use crate::trace::Malformed;
 use crate::trace::probe::Camera;
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 pub use self::options::ViewArgs;
@@ -33,9 +35,19 @@ pub use self::options::ViewArgs;
 /// One picture, page or outline: of a file, or of two that are compared.
 struct Job<'a> {
     files: &'a [PathBuf],
+    /// Of a sequence.
+    frame: Option<i32>,
+    kept: &'a RefCell<Kept<'a>>,
     output: Option<&'a Path>,
     args: &'a ViewArgs,
     context: &'a Context,
+}
+
+/// What the pictures of one sequence's frames share.
+struct Kept<'a> {
+    open: KeptOpen<'a>,
+    /// The file whose frames are shown, and from where.
+    camera: Option<(PathBuf, Camera)>,
 }
 
 pub fn run(args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
@@ -60,18 +72,21 @@ pub fn run(args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
             .fact("a picture goes to a file or to the terminal")
             .help("name a file with -o PICTURE.png, or take --html PAGE.html, --serve, --terminal or --tree"));
     }
-    let of_one = if args.compare { 2 } else { 1 };
     let named = args.output.as_ref().or(args.html.as_ref());
-    let outputs = named.map(|named| outputs_of(&files, named, args)).transpose()?;
-    let firsts: Vec<PathBuf> = files.iter().step_by(of_one).cloned().collect();
-    let mut jobs = files.chunks(of_one).enumerate();
-    let (views, exit) = caches::each(&firsts, context, |_| {
-        let (at, files) = jobs.next().unwrap_or((0, &files));
+    let sources = sources(&files, args, context)?;
+    let outputs = named.map(|named| outputs_of(&files, &sources, named, args)).transpose()?;
+    let kept = RefCell::new(Kept { open: KeptOpen::new(context), camera: None });
+    let mut numbers = 0..;
+    let things = sources.iter().map(|source| (source.path.as_path(), source.frame));
+    let (views, exit) = caches::each_of(things, context, |(path, frame)| {
+        let at = numbers.next().unwrap_or(0);
         let output = outputs.as_ref().and_then(|outputs| outputs.get(at)).map(PathBuf::as_path);
-        let job = Job { files, output, args, context };
+        let files = if args.compare { &files[..] } else { std::slice::from_ref(&sources[at].path) };
+        let job = Job { files, frame, kept: &kept, output, args, context };
         output.zip(named).map_or(Ok(()), |(output, named)| outputs::make_folder(output, named))?;
-        if firsts.len() > 1 && (args.tree || args.terminal) && !context.terminal.json {
-            context.terminal.print(&format!("{}:\n", names::path(&files[0])))?;
+        if sources.len() > 1 && (args.tree || args.terminal) && !context.terminal.json {
+            let frame = frame.map_or_else(String::new, |number| format!(", frame {number}"));
+            context.terminal.print(&format!("{}{frame}:\n", names::path(path)))?;
         }
         job.run()
     });
@@ -81,15 +96,34 @@ pub fn run(args: &ViewArgs, context: &Context) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-/// What is written of each file, or of both that are compared.
-fn outputs_of(files: &[PathBuf], named: &Path, args: &ViewArgs) -> Result<Vec<PathBuf>, Failure> {
+/// What is shown one after the other: files, frames of them, or two files at once.
+fn sources(files: &[PathBuf], args: &ViewArgs, context: &Context) -> Result<Vec<Source>, Failure> {
+    if let (true, Some(list)) = (args.compare, &args.frame)
+        && list.only().is_none()
+        && args.html.is_none()
+    {
+        return Err(Failure::new(Exit::Usage, "cannot compare several frames")
+            .fact("--compare takes one moment of two files")
+            .help("choose one frame: --frame N"));
+    }
+    // A page has all frames of its files.
+    let frames = args.frame.as_ref().filter(|_| args.html.is_none());
+    let mut sources = FrameList::sources(frames, files, "view", context)?;
+    if args.compare {
+        sources.truncate(1);
+    }
+    Ok(sources)
+}
+
+/// What is written of each file or frame, or of both that are compared.
+fn outputs_of(files: &[PathBuf], sources: &[Source], named: &Path, args: &ViewArgs) -> Result<Vec<PathBuf>, Failure> {
     let (extension, kinds, help): (_, &[&str], _) = match args.html {
         None => ("png", &["png"], "name it *.png; a page for browsers is made by --html PAGE.html"),
         Some(_) => ("html", &["html", "htm"], "name it *.html; a picture is made by -o PICTURE.png"),
     };
     let outputs = match args.compare {
         true => vec![named.to_owned()],
-        false => outputs::of_each(files, named, extension, "view").map_err(|failure| match files {
+        false => outputs::of_each(sources, named, extension, "view").map_err(|failure| match files {
             [_, _] if args.html.is_none() && !outputs::is_folder(named) => {
                 let folder = names::path(named);
                 failure
@@ -106,19 +140,55 @@ fn outputs_of(files: &[PathBuf], named: &Path, args: &ViewArgs) -> Result<Vec<Pa
 }
 
 impl Job<'_> {
+    /// Open a file, or the frame of a sequence, every record checked, and show it to `then`.
+    fn with_view(
+        &self,
+        path: &Path,
+        then: &mut dyn FnMut(&View<'_>) -> Result<ViewReport, Failure>,
+    ) -> Result<ViewReport, Failure> {
+        let context = self.context;
+        let Some(number) = self.frame else {
+            if caches::is_sequence(path, context) {
+                return Err(Failure::new(Exit::Usage, format!("cannot view {}", names::path(path)))
+                    .fact("it is a sequence, and a picture shows one frame")
+                    .help("choose frames: --frame N, or all into a folder; bvhc info FILE says which there are"));
+            }
+            return then(&caches::open_checked(path, context)?.view());
+        };
+        let mut open = std::mem::replace(&mut self.kept.borrow_mut().open, KeptOpen::new(context));
+        let shown = match open.sequence(path) {
+            Ok(sequence) => caches::frame(sequence, path, number, context).and_then(|frame| then(&frame.view())),
+            Err(failure) => Err(failure),
+        };
+        self.kept.borrow_mut().open = open;
+        shown
+    }
+
+    /// From where a picture is taken: the frames of a sequence all from one place.
+    fn camera(&self, view: &View<'_>, film: &Film) -> Camera {
+        if self.frame.is_none() {
+            return camera(view, film, self.args, self.context);
+        }
+        let (mut kept, file) = (self.kept.borrow_mut(), &self.files[0]);
+        match &kept.camera {
+            Some((path, camera)) if path == file => *camera,
+            _ => kept.camera.insert((file.clone(), camera(view, film, self.args, self.context))).1,
+        }
+    }
+
     fn run(&self) -> Result<ViewReport, Failure> {
         let (files, args, context) = (self.files, self.args, self.context);
         if args.tree {
-            return with_view(&files[0], args, context, &mut |view| self.tree(view));
+            return self.with_view(&files[0], &mut |view| self.tree(view));
         }
         if let (Some(output), Some(_)) = (self.output, &args.html) {
             return page::make(files, output, args, context);
         }
         match files {
-            [first, second] => with_view(first, args, context, &mut |first| {
-                with_view(second, args, context, &mut |second| self.picture(&[first, second]))
-            }),
-            _ => with_view(&files[0], args, context, &mut |view| self.picture(&[view])),
+            [first, second] => {
+                self.with_view(first, &mut |first| self.with_view(second, &mut |second| self.picture(&[first, second])))
+            }
+            _ => self.with_view(&files[0], &mut |view| self.picture(&[view])),
         }
     }
 
@@ -130,7 +200,7 @@ impl Job<'_> {
             terminal.print(&outline::text(&outline))?;
         }
         let path = self.files[0].to_string_lossy().into_owned();
-        let tree = TreeReport { path, frame: args.frame, of: outline.of, nodes: outline.nodes };
+        let tree = TreeReport { path, frame: self.frame, of: outline.of, nodes: outline.nodes };
         Ok(ViewReport { output: None, picture: None, tree: Some(tree) })
     }
 
@@ -149,7 +219,7 @@ impl Job<'_> {
         };
         let film = args.size.unwrap_or(size);
         let shade = args.shade();
-        let camera = camera(views[0], &film, args, context);
+        let camera = self.camera(views[0], &film);
         let fine = usize::from(args.samples);
         let lens = Lens::new(&camera, film.width * fine, film.height * fine);
         let shots: Result<Vec<Shot>, Malformed> =
@@ -179,7 +249,7 @@ impl Job<'_> {
 
         let file = |(path, shot): (&std::path::PathBuf, &Shot)| PicturedFile {
             path: path.to_string_lossy().into_owned(),
-            frame: args.frame,
+            frame: self.frame,
             figures: Figures::of(shot),
         };
         let report = PictureReport {
@@ -234,26 +304,6 @@ impl Job<'_> {
         let output = self.output.map(|path| path.to_string_lossy().into_owned());
         Ok(ViewReport { output, picture: Some(report), tree: None })
     }
-}
-
-/// Open a file, or the frame of a sequence, every record checked, and show it to `then`.
-fn with_view(
-    path: &Path,
-    args: &ViewArgs,
-    context: &Context,
-    then: &mut dyn FnMut(&View<'_>) -> Result<ViewReport, Failure>,
-) -> Result<ViewReport, Failure> {
-    let Some(number) = args.frame else {
-        if caches::is_sequence(path, context) {
-            return Err(Failure::new(Exit::Usage, format!("cannot view {}", names::path(path)))
-                .fact("it is a sequence, and a picture shows one frame")
-                .help("choose one: --frame N; bvhc info FILE says which there are"));
-        }
-        return then(&caches::open_checked(path, context)?.view());
-    };
-    let sequence = caches::open_sequence(path, context)?;
-    let frame = caches::frame(&sequence, path, number, context)?;
-    then(&frame.view())
 }
 
 /// Why node `root` cannot be shown.

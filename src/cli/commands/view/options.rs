@@ -1,9 +1,9 @@
 //! What can be typed after `bvhc view`, and how it is read.
 
 use crate::cli::Context;
-use crate::cli::commands::convert::one_frame;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::frame_list::FrameList;
 use crate::cli::names;
 use crate::report::picture::{Shade, Standpoint};
 use crate::trace::probe::Camera;
@@ -23,6 +23,7 @@ use std::path::PathBuf;
     bvhc view --compare a.bvhc b.bvhc -o both.png        two trees of one model, and where they differ\n  \
     bvhc view rock.bvhc --html rock.html                 a page to fly through the scene and its tree\n  \
     bvhc view caches/ -o pictures/                       a picture of each file in a folder\n  \
+    bvhc view heli.bvhc -o heli.%04d.png --frame all     a picture of each frame\n  \
     bvhc view rock.bvhc                                  the same page, in a browser at once\n  \
     bvhc view rock.bvhc --terminal                       in the terminal\n  \
     bvhc view rock.bvhc --tree --depth 3                 the upper levels of the tree")]
@@ -30,11 +31,11 @@ pub struct ViewArgs {
     /// Cache files, folders of them, or quoted patterns such as 'caches/**/*.bvhc'; two files with --compare
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Write the picture as PNG; a folder (`DIR/`) receives one for each file
+    /// Write the picture as PNG; a folder (`DIR/`) receives one for each file, and a name with a place for the number, such as heli.%04d.png, one for each frame
     #[arg(short, long, value_name = "PNG", conflicts_with = "tree")]
     pub output: Option<PathBuf>,
     /// Write a page that carries the trees with it and traces them in the browser: fly, see costs, follow a ray, compare two trees. Of a sequence all frames, or
-    /// the one that --frame names. A folder (`DIR/`) receives a page for each file
+    /// those that --frame names. A folder (`DIR/`) receives a page for each file
     #[arg(long, value_name = "HTML", conflicts_with_all = ["output", "tree", "terminal", "shade", "size", "samples", "scale", "boxes"])]
     pub html: Option<PathBuf>,
     /// Serve that page to a browser on this machine, and start one; so does a run in a terminal that asks for nothing else
@@ -77,9 +78,9 @@ pub struct ViewArgs {
     /// Show only what is below this node, a number from --tree; of a file of two levels its tree alone, in its own space
     #[arg(long, value_name = "NODE")]
     pub root: Option<u64>,
-    /// Of a sequence: the number of the frame to show
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = one_frame)]
-    pub frame: Option<i32>,
+    /// Of a sequence: the frames to show: one number, a list such as 1-100 or 1,5-9, or all. The camera stands still, where the first of them is seen
+    #[arg(long, value_name = "all|LIST", allow_hyphen_values = true, value_parser = FrameList::parse)]
+    pub frame: Option<FrameList>,
     /// Two files of one model: left, right and the difference, with one scale
     #[arg(long, conflicts_with = "root")]
     pub compare: bool,

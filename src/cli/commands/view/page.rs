@@ -8,6 +8,7 @@ use crate::cli::caches;
 use crate::cli::drawing;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::frame_list::FrameList;
 use crate::cli::interrupt;
 use crate::cli::names;
 use crate::report::page::{Below, MOST_BYTES, PackError, PageCamera, PageScene, Together, bytes_of, pack, page};
@@ -88,8 +89,7 @@ fn read(
         return add(&cache.view(), None, parts);
     }
     let sequence = caches::open_sequence(path, context)?;
-    let all: Vec<i32> = sequence.frames().iter().map(|frame| frame.number).collect();
-    let chosen = args.frame.map_or(all, |number| vec![number]);
+    let chosen = args.frame.as_ref().unwrap_or(&FrameList::All).of(&sequence, path, "make a page of")?;
     let mut taken = 0;
     for number in &chosen {
         let frame = caches::frame(&sequence, path, *number, context)?;
@@ -97,11 +97,11 @@ fn read(
         if taken > MOST_BYTES && chosen.len() > 1 {
             return Err(Failure::new(Exit::Usage, format!("cannot make a page of {}", names::path(path)))
                 .fact(format!(
-                    "its {} frames have more than {} of records, the most of a page",
+                    "{} of its frames have more than {} of records, the most of a page",
                     chosen.len(),
                     bytes(MOST_BYTES)
                 ))
-                .help("show one of them: --frame N"));
+                .help("show fewer of them: --frame LIST"));
         }
         let parts = frame
             .parts()

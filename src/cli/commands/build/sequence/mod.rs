@@ -147,7 +147,7 @@ impl Workshop<'_> {
                 format!("{name}, {} from {first} on", figures::counted(troubled.len() as u64, "frame", "frames"))
             }
         };
-        warnings.iter().for_each(|warning| self.context.terminal.warn(&format!("{place}: {}", warning.text)));
+        self.tell(&place, &warnings);
         self.forgive(&place, &warnings)?;
 
         self.tell_idle(&model, &report);
