@@ -46,7 +46,7 @@ impl OpenCl<'_> {
     }
 
     /// References of each instance's BLAS, or of the only BLAS.
-    fn slots(&self) -> Result<Vec<u32>, Malformed> {
+    pub(super) fn slots(&self) -> Result<Vec<u32>, Malformed> {
         let of = |instance: usize, blas: u32| match self.view.blas(blas as usize) {
             Some(blas) => Ok(blas.triangles.len() as u32),
             None => Err(Malformed::BlasOutOfRange { instance, blas }),

@@ -4,7 +4,6 @@ use super::probe::{Deviation, concerns_f64, probe, sentence};
 use crate::verify::DeviceError;
 use std::ffi::{CStr, CString};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
 
 /// How a device is used; the default asks the device itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -41,7 +40,8 @@ pub struct Context {
     pub(super) id: DeviceId,
     pub(super) soft_f64: bool,
     pub(super) deviation: Option<String>,
-    pub(super) self_test_took: Duration,
+    /// Triangle tests in a second, as the self-test found; without limit where there was none.
+    pub(super) brute_rate: f64,
     /// What was compiled so far; most files need the same.
     programs: Mutex<Vec<(Parts, Arc<Program>)>>,
     /// Last, in this order, so that what belongs to the context goes before it.
@@ -70,7 +70,7 @@ impl Context {
             id,
             soft_f64,
             deviation: None,
-            self_test_took: Duration::ZERO,
+            brute_rate: f64::INFINITY,
             programs: Mutex::default(),
             queue,
             handle,

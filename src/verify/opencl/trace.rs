@@ -31,8 +31,8 @@ pub struct OpenCl<'a> {
 impl<'a> OpenCl<'a> {
     /// The time that a launch is meant to take.
     pub const LAUNCH: Duration = Duration::from_millis(100);
-    /// A device whose self-test takes longer is slow.
-    const SLOW: Duration = Duration::from_secs(1);
+    /// A device that does fewer triangle tests a second in its self-test is slow: others do a hundred times as many even there, where launches are small.
+    const SLOW: f64 = 1e6;
     const FIRST_BATCH: usize = 1 << 8;
     const LARGEST_BATCH: usize = 1 << 20;
 
@@ -110,14 +110,14 @@ impl Device for OpenCl<'_> {
         OpenCl::brute_force(self, rays).map(Some)
     }
 
-    /// A second or so: a processor does some 10⁸ tests a second, a GPU a thousand times as many. A simulator, or a driver without `f64`, does a thousandth of that: it is
-    /// told by its self-test, which takes others some milliseconds.
+    /// A second or so: a processor does some 10⁸ tests a second, a GPU a thousand times as many. Of a simulator, or a driver without
+    /// `f64`, the self-test says what it does in a second.
     fn brute_work(&self) -> u64 {
         let work = match self.context.info.kind {
             DeviceKind::Gpu | DeviceKind::Accelerator => 100_000_000_000,
             DeviceKind::Cpu | DeviceKind::Other => 100_000_000,
         };
-        if self.context.self_test_took > Self::SLOW { work / 1000 } else { work }
+        if self.context.brute_rate < Self::SLOW { self.context.brute_rate as u64 } else { work }
     }
 
     fn trace(&mut self, rays: &[Ray], query: Query) -> Result<Vec<HitRecord>, DeviceError> {
