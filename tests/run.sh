@@ -148,7 +148,7 @@ if [ $quick = 0 ]; then
     done
     if python3 -c 'import venv, ensurepip' >/dev/null 2>&1; then
         status=0
-        part "OpenCL drivers" tests/users/drivers.py target/release/bvhc pocl intel || status=$?
+        part "OpenCL drivers" tests/users/drivers.py target/release/bvhc pocl intel oclgrind || status=$?
         if [ $status = 77 ]; then
             skip "OpenCL drivers: none could be had, see above"
         elif [ $status != 0 ]; then
