@@ -1,7 +1,7 @@
 //! What helps: the command line's words for the library's errors, which name no flag themselves.
 
 use super::failure::Failure;
-use crate::build::{BuildOptions, OptionInfo, Spelling, option};
+use crate::build::{BuildOptions, METHODS, OptionInfo, Spelling, option};
 use crate::cache::rules::Remedy;
 use crate::scene::{AnimationChoice, Resemblance, SceneError};
 use crate::search::NAMED_RECIPE;
@@ -125,6 +125,26 @@ pub fn note(text: &str) -> String {
     flags.map_or_else(|| text.to_string(), |flags| format!("{start}{NAMED_RECIPE}{}", flags.join(" ")))
 }
 
+/// The notes of a file as they are told. Unless more was asked for, those of a search are cut to what it took and how to build that without it, of all trees together: what it
+/// tried, and each tree by itself, is told by `-v`.
+pub fn notes(all: &[String], verbose: u8) -> Vec<String> {
+    let is_search = |name: &str| METHODS.iter().any(|row| row.name == name && row.method.is_search());
+    let mut taken = false;
+    let mut is_shown = |text: &&String| {
+        let Some((of, said)) = text.split_once(": ") else { return true };
+        let is_first = !taken && is_search(of);
+        taken |= is_first;
+        verbose > 0
+            || is_first
+            || !is_search(of.split(", tree ").next().unwrap_or(of))
+            || (is_search(of) && said.starts_with(NAMED_RECIPE))
+    };
+    let shown: Vec<String> = all.iter().filter(&mut is_shown).map(|text| note(text)).collect();
+    let hidden = all.len() - shown.len();
+    let more = (hidden > 0).then(|| format!("… and {hidden} more; -v shows them"));
+    shown.into_iter().chain(more).collect()
+}
+
 /// Whether a note has flags to be copied, which must not be broken into lines.
 pub fn names_a_recipe(note: &str) -> bool {
     note.contains(NAMED_RECIPE)
@@ -159,6 +179,25 @@ mod tests {
         for odd in ["auto: took sbvh", "without the search: method", "without the search: colour=red", ""] {
             assert_eq!(note(odd), odd);
         }
+    }
+
+    #[test]
+    fn what_a_search_tried_is_told_where_more_is_asked_for() {
+        let all = [
+            "animation 0 holds its last value",
+            "auto: of 2 trees took sbvh for 2",
+            "auto: tried, by 64 rays: sbvh 0.0 %",
+            "auto, tree 1: took sbvh for 8 triangles",
+            "auto, tree 1: without the search: method=sbvh",
+            "auto: without the search: method=sbvh",
+            "sbvh: no search",
+        ]
+        .map(String::from);
+        let told = notes(&all, 0);
+        let few = [&all[0], &all[1], "auto: without the search: --method sbvh", &all[6], "… and 3 more; -v shows them"];
+        assert_eq!(told, few);
+        assert_eq!(notes(&all, 1).len(), all.len());
+        assert_eq!(notes(&all[..2], 0), all[..2]);
     }
 
     #[test]

@@ -57,7 +57,10 @@ fn what_a_search_tried_is_shown_by_info_and_stats() {
     assert!(measured.iter().any(|note| note.starts_with("auto: a ray pays: outside ")), "{notes:?}");
     assert_eq!(place.ok("stats a.bvhc --json").json()["files"][0]["notes"], serde_json::json!(notes));
     for command in ["info", "stats"] {
-        let text = place.ok(&format!("{command} a.bvhc")).out;
+        let few = place.ok(&format!("{command} a.bvhc")).out;
+        assert!(few.contains("auto: took ") && few.contains("more; -v shows them"), "{few}");
+        assert!(!few.contains("auto: tried") && few.contains("auto: without the search: --method "), "{few}");
+        let text = place.ok(&format!("{command} a.bvhc -v")).out;
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(measured.iter().all(|note| words.contains(note)), "{text}");
         assert!(text.lines().all(|line| line.chars().count() <= 110 || !line.contains("auto: tried")), "{text}");

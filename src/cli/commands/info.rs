@@ -72,7 +72,7 @@ pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
         if files.len() > 1 {
             terminal.print(&format!("{}{}\n", if i > 0 { "\n" } else { "" }, names::path(path)))?;
         }
-        terminal.print(&text(info))?;
+        terminal.print(&text(info, terminal.verbose))?;
         if args.sections {
             terminal.print(&format!("\n{}", sections(info)))?;
         }
@@ -80,7 +80,7 @@ pub fn run(args: &InfoArgs, context: &Context) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-fn text(info: &FileInfo) -> String {
+fn text(info: &FileInfo, verbose: u8) -> String {
     let mut rows: Vec<(&str, String)> = Vec::new();
     let version = &info.format;
     let (builder, tool) = match &info.meta {
@@ -118,7 +118,7 @@ fn text(info: &FileInfo) -> String {
         lines(&mut rows, "input", inputs.map(|i| format!("{}  {}  {}", i.name, bytes(i.len), i.blake3)));
         let dropped = meta.read_counts.iter().filter(|c| c.count > 0);
         lines(&mut rows, "read", dropped.map(|c| format!("{} {}", figures::count(c.count), c.name.replace('_', " "))));
-        lines(&mut rows, "note", meta.notes.iter().map(|note| advice::note(note)));
+        lines(&mut rows, "note", advice::notes(&meta.notes, verbose).into_iter());
     }
     // A file whose header is sound may have records that are not, and all figures above are the header's word.
     rows.push(("records", "not looked at here; bvhc check proves them".to_owned()));

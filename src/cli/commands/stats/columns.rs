@@ -117,7 +117,7 @@ fn share(part: f64, whole: f64) -> f64 {
 }
 
 /// All figures, and why the trees are as they are.
-pub fn text(reports: &[FileReport], paths: &[PathBuf], depths: bool) -> String {
+pub fn text(reports: &[FileReport], paths: &[PathBuf], depths: bool, verbose: u8) -> String {
     let mut table = Table::default();
     table.row("", names::headings(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>()));
     for (label, cell) in ROWS {
@@ -173,18 +173,19 @@ pub fn text(reports: &[FileReport], paths: &[PathBuf], depths: bool) -> String {
             table.row(format!("{depth:>4}"), reports.iter().map(cell));
         }
     }
-    table.render() + &notes(reports, paths)
+    table.render() + &notes(reports, paths, verbose)
 }
 
 /// Why the trees are as they are, where the builder had a choice.
-fn notes(reports: &[FileReport], paths: &[PathBuf]) -> String {
+fn notes(reports: &[FileReport], paths: &[PathBuf], verbose: u8) -> String {
     let headings = names::headings(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>());
     let mut text = String::new();
     for (report, heading) in reports.iter().zip(headings).filter(|(report, _)| !report.notes.is_empty()) {
         text.push_str(&format!("\n{heading}\n"));
-        for note in &report.notes {
-            let told = names::escape(&advice::note(note));
-            text += &if advice::names_a_recipe(note) { format!("  {told}\n") } else { paragraph::hanging("  ", &told) };
+        for note in advice::notes(&report.notes, verbose) {
+            let told = names::escape(&note);
+            text +=
+                &if advice::names_a_recipe(&note) { format!("  {told}\n") } else { paragraph::hanging("  ", &told) };
         }
     }
     text

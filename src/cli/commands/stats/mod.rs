@@ -162,7 +162,7 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
         context.terminal.print(&lines::text(&reports, &paths))?;
         context.terminal.note("of more files than stand side by side, some figures each; --csv and --json have all");
     } else if !reports.is_empty() {
-        context.terminal.print(&columns::text(&reports, &paths, args.depths))?;
+        context.terminal.print(&columns::text(&reports, &paths, args.depths, context.terminal.verbose))?;
     }
     Ok(exit)
 }

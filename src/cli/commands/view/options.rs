@@ -63,7 +63,7 @@ pub struct ViewArgs {
     /// The axis that points up
     #[arg(long, value_name = "AXIS", value_enum, default_value = "y")]
     pub up: Up,
-    /// Pixels across and down [default: 1280x800; in the terminal 80x44]
+    /// Pixels of the picture across and down; what its colours stand for is drawn below it [default: 1280x800; in the terminal 80x44]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<Film>,
     /// Rays for each pixel, across and down: 3 makes smooth edges by nine rays
