@@ -7,7 +7,8 @@
 # `restrict` said once the function is inlined (llvm.experimental.noalias.scope.decl). With -cl-opt-disable, or without the word, the
 # same kernel runs and gives the right numbers.
 # Hurts: whoever checks kernels by Oclgrind takes them for broken: the message names an undefined external function of the kernel.
-# bvhc: its own kernels, which have no `restrict`, end with the same message. They are checked
+# bvhc: its own kernels, which have no `restrict`, end with the same message. They are checked with -cl-opt-disable
+# (tests/users/drivers.py, docs/verification.md).
 set -euo pipefail
 
 command -v apt-get >/dev/null && command -v dpkg >/dev/null || { echo "needs Debian 12: apt-get and dpkg" >&2; exit 2; }
