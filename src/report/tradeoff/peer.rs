@@ -13,10 +13,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Peers that there are workers for, with their settings in the order of the bytes that ask for them.
-pub const PEERS: [(&str, &[&str]); 3] = [
+pub const PEERS: [(&str, &[&str]); 4] = [
     ("embree", &["low", "medium", "high"]),
     ("obvhs", &["fastest", "very_fast", "fast", "medium", "slow", "very_slow"]),
     ("bvh", &["default"]),
+    ("tinybvh", &["binned", "sweep", "hq_8", "hq_32", "hq_32_optimized_25", "hq_32_extreme_50"]),
 ];
 
 /// A worker's program.
