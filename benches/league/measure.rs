@@ -115,7 +115,8 @@ pub fn measure(scene: &Scene, recipes: &[Recipe], families: &[Family], count: us
     let draft = built(&mesh, &BuildOptions::preset(Preset::Draft), false)?.0;
     let probe = ProbeRays::around(&draft.view(), &Camera::around(&draft.view()), count / 2);
     let fair: Vec<Ray> = [0, 1].iter().flat_map(|set| probe.rays(*set)).copied().collect();
-    let hard = [RaySet::Vertices, RaySet::Edges, RaySet::Triangles, RaySet::Axis, RaySet::Planes, RaySet::Grid, RaySet::Far];
+    let hard =
+        [RaySet::Vertices, RaySet::Edges, RaySet::Triangles, RaySet::Axis, RaySet::Planes, RaySet::Grid, RaySet::Far];
     let shares = RaySet::shares(&hard, count as u64 / 2);
     let hard: Vec<Ray> = hard.iter().zip(shares).flat_map(|(set, n)| sampler.rays(*set, n as usize, 1)).collect();
     let [fair, hard] = [fair, hard].map(|rays| rays.iter().filter_map(plain).collect::<Vec<Ray>>());

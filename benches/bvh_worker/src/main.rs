@@ -52,7 +52,9 @@ fn main() -> Result<()> {
     };
     let triangles: Vec<Triangle> = floats.iter().enumerate().map(shape).collect();
 
-    let build = |shapes: &mut Vec<Triangle>| if threads == 1 { Bvh::build(shapes) } else { pool.install(|| Bvh::build_par(shapes)) };
+    let build = |shapes: &mut Vec<Triangle>| {
+        if threads == 1 { Bvh::build(shapes) } else { pool.install(|| Bvh::build_par(shapes)) }
+    };
     if std::env::args().nth(2).as_deref() == Some("league") {
         return serve::serve(&mut input, &mut output, |_, wide, rays| {
             let mut shapes = triangles.clone();
@@ -84,7 +86,8 @@ fn main() -> Result<()> {
 /// The nearest of the triangles whose boxes the crate's traversal gives.
 fn nearest(tree: &Bvh<f32, 3>, shapes: &[Triangle], floats: &[[f32; 9]], ray: &serve::Ray) -> Option<(f32, u32)> {
     let direction = Vector3::new(ray[4], ray[5], ray[6]);
-    let asked = Ray { origin: Point3::new(ray[0], ray[1], ray[2]), direction, inv_direction: direction.map(|x| 1.0 / x) };
+    let asked =
+        Ray { origin: Point3::new(ray[0], ray[1], ray[2]), direction, inv_direction: direction.map(|x| 1.0 / x) };
     let mut best: Option<(f32, u32)> = None;
     for shape in tree.traverse_iterator(&asked, shapes) {
         let t = test(&floats[shape.index as usize], ray).map(|t| t as f32);

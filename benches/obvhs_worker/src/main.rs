@@ -25,7 +25,9 @@ fn main() -> Result<()> {
         floats.iter().map(|t| Triangle { v0: corner(t, 0), v1: corner(t, 3), v2: corner(t, 6) }).collect();
 
     if std::env::args().nth(1).as_deref() == Some("league") {
-        return serve::serve(&mut input, &mut output, |setting, wide, rays| Some(league(&triangles, setting, wide, rays)));
+        return serve::serve(&mut input, &mut output, |setting, wide, rays| {
+            Some(league(&triangles, setting, wide, rays))
+        });
     }
     let mut request = [0];
     while input.read(&mut request)? == 1 {
@@ -62,7 +64,8 @@ fn params(setting: u8) -> BvhBuildParams {
 }
 
 fn league(triangles: &[Triangle], setting: u8, wide: u8, rays: &[serve::Ray]) -> serve::Told {
-    let ask = |ray: &serve::Ray| Ray::new([ray[0], ray[1], ray[2]].into(), [ray[4], ray[5], ray[6]].into(), ray[3], ray[7]);
+    let ask =
+        |ray: &serve::Ray| Ray::new([ray[0], ray[1], ray[2]].into(), [ray[4], ray[5], ray[6]].into(), ray[3], ray[7]);
     let mut time = Duration::default();
     let start = Instant::now();
     // Triangles in the order of the leaves, as the crate's examples have them.

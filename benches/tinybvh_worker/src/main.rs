@@ -46,7 +46,8 @@ impl<'a> Tree<'a> {
         let triangles = (vertices.len() / 3) as u32;
         // SAFETY: three vertices a triangle, of four floats each, borrowed for as long as the tree lives. The machine aligns them to four bytes only, and the
         // header's own type asks for no more than its loads do, which are unaligned.
-        let raw = unsafe { tree_build(vertices.as_ptr().cast(), triangles, setting.into(), wide.into(), &mut milliseconds) };
+        let raw =
+            unsafe { tree_build(vertices.as_ptr().cast(), triangles, setting.into(), wide.into(), &mut milliseconds) };
         Tree { raw, wide: wide.into(), milliseconds, _vertices: vertices }
     }
 

@@ -70,7 +70,7 @@ pub struct ChartArgs {
     /// Another recipe, by the flags of `bvhc build`, with or without a name before it; may be given again
     #[arg(long = "recipe", value_name = "[NAME=]FLAGS", value_parser = recipes::parse, allow_hyphen_values = true)]
     recipes: Vec<Given>,
-    /// A builder of someone else's beside ours, embree, obvhs or bvh, by the program that benches/ has for it and what that is started with; may be given again
+    /// A builder of someone else's beside ours, embree, obvhs, bvh or tinybvh, by the program that benches/ has for it and what that is started with; may be given again
     #[arg(long = "peer", value_name = "NAME=PROGRAM", value_parser = recipes::peer, conflicts_with = "stability")]
     peers: Vec<Worker>,
     /// When to stop, all models together; the quickest recipe of each is built in any case [default: 60s, with --stability 15m]
