@@ -5,8 +5,8 @@
 //!                              [--rays N] [--rounds N] [--quick] [--json FILE] [--csv FILE] [--svg FILE]
 //! ```
 //!
-//! Scenes are ten real ones from the folder of models (`BVHC_MODELS`), or the samples where that is missing; a path is a scene too. Peers are obvhs, bvh
-//! and Embree 4; what cannot be had is left out with a note. Embree's shared library is loaded at run time: `BVHC_EMBREE` names it, or it is
+//! Scenes are ten real ones from the folder of models (`BVHC_MODELS`), or the samples where that is missing; a path is a scene too. Peers are obvhs, bvh,
+//! tinybvh and Embree 4; what cannot be had is left out with a note. Embree's shared library is loaded at run time: `BVHC_EMBREE` names it, or it is
 //! found where the system or the Python package `embreex` keeps it. Builds alternate: each
 //! round builds every tree once on one thread and once on two, and times are medians over the rounds. A build's time is that of the builder alone, from
 //! triangles in memory to a tree in memory.
@@ -94,12 +94,7 @@ fn main() -> ExitCode {
 fn run(options: &Options) -> Result<(), String> {
     let recipes = recipes::recipes(&options.recipes, &options.recipe)?;
     let scenes = scenes::scenes(&options.scenes)?;
-    let known = |p: &&String| *p != "none" && !workers::NAMES.contains(&p.as_str());
-    if let Some(unknown) = options.peers.iter().find(known) {
-        return Err(format!("no peer is called {unknown}; there are {}, and none", workers::NAMES.join(", ")));
-    }
-    let families =
-        if options.peers.iter().any(|p| p == "none") { Vec::new() } else { workers::families(&options.peers) };
+    let families = workers::asked(&options.peers)?;
     let effort = match options.quick {
         true => Effort { rays: options.rays.min(1 << 14), rounds: 1, epo_points: Some(1 << 16) },
         false => Effort { rays: options.rays, rounds: options.rounds.max(1), epo_points: None },

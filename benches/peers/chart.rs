@@ -32,7 +32,7 @@ fn panel(scene: &Measured) -> Panel {
     let time = Axis::logarithmic("build time on two threads, ms").lower_is_better();
     let cost = Axis::linear("ray cost").lower_is_better();
     let mut panel = Panel::new(scene.name.clone(), time, cost);
-    for (colour, family) in ["bvhc", "obvhs", "embree", "bvh"].into_iter().enumerate() {
+    for (colour, family) in ["bvhc", "obvhs", "embree", "bvh", "tinybvh"].into_iter().enumerate() {
         let trees = scene.trees.iter().filter(|t| t.family == family && t.ms[1].is_finite());
         let points: Vec<Point> = trees
             .map(|tree| {

@@ -68,7 +68,7 @@ pub fn scenes(wanted: &[String]) -> Result<Vec<Scene>, String> {
     }
     let mut out = Vec::new();
     for name in wanted {
-        let known = known.iter().find(|s| s.name == *name).map(|s| Scene {
+        let known = known.iter().find(|s| s.name.eq_ignore_ascii_case(name)).map(|s| Scene {
             name: s.name.clone(),
             file: s.file.clone(),
             camera: s.camera,

@@ -15,11 +15,20 @@ pub struct Family {
 }
 
 /// The names that `--peers` takes.
-pub const NAMES: [&str; 3] = [PEERS[0].0, PEERS[1].0, PEERS[2].0];
+pub const NAMES: [&str; 4] = [PEERS[0].0, PEERS[1].0, PEERS[2].0, PEERS[3].0];
+
+/// The peers of `--peers`, ready: all where none is named, none where that is `none`.
+pub fn asked(wanted: &[String]) -> Result<Vec<Family>, String> {
+    let is = |name: &str, of: &&String| of.eq_ignore_ascii_case(name);
+    if let Some(unknown) = wanted.iter().find(|w| !is("none", w) && !NAMES.iter().any(|name| is(name, w))) {
+        return Err(format!("no peer is called {unknown}; there are {}, and none", NAMES.join(", ")));
+    }
+    Ok(if wanted.iter().any(|w| is("none", &w)) { Vec::new() } else { families(wanted) })
+}
 
 /// Make the peers ready; what is not there is left out with a note on stderr.
-pub fn families(wanted: &[String]) -> Vec<Family> {
-    let is_wanted = |name: &&str| wanted.is_empty() || wanted.iter().any(|w| w == name);
+fn families(wanted: &[String]) -> Vec<Family> {
+    let is_wanted = |name: &&str| wanted.is_empty() || wanted.iter().any(|w| w.eq_ignore_ascii_case(name));
     NAMES.into_iter().filter(is_wanted).filter_map(family).collect()
 }
 
@@ -33,10 +42,12 @@ fn family(name: &'static str) -> Option<Family> {
             let forms = ["1", "2"].map(|threads| form(&program, &[&library, threads]));
             Some(Family { name, settings, forms })
         }
-        "obvhs" => {
-            let serial = build("obvhs_worker", "obvhs-serial", &[]).and_then(|p| form(&p, &[]));
-            let parallel =
-                build("obvhs_worker", "obvhs-parallel", &["--features", "parallel"]).and_then(|p| form(&p, &[]));
+        // On one thread or on all, as they were compiled.
+        "obvhs" | "tinybvh" => {
+            let (package, target) = (format!("{name}_worker"), |form: &str| format!("{name}-{form}"));
+            let serial = build(&package, &target("serial"), &[]).and_then(|p| form(&p, &[]));
+            let parallel = build(&package, &target("parallel"), &["--features", "parallel"]);
+            let parallel = parallel.and_then(|p| form(&p, &[]));
             (serial.is_some() || parallel.is_some()).then_some(Family { name, settings, forms: [serial, parallel] })
         }
         _ => {

@@ -10,6 +10,9 @@ use crate::report::chart::Chart;
 use crate::report::picture::Canvas;
 use std::io::Read;
 use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
 
 /// What a chart begins with.
 const CHART: &str = "<!-- bvhc -->\n";
@@ -77,14 +80,42 @@ pub fn put(path: &Path, what: &str, bytes: &[u8]) -> Result<(), Failure> {
 
 /// Write a picture as PNG; how many bytes that took.
 pub fn picture(path: &Path, canvas: &Canvas) -> Result<u64, Failure> {
+    let png = encoded(canvas)?;
     let _publishing = interrupt::publish()?;
-    pixels(path, canvas)
+    write_picture(path, &png)
 }
 
-/// Likewise; whoever calls has the permission of [`interrupt::publish`].
-pub fn pixels(path: &Path, canvas: &Canvas) -> Result<u64, Failure> {
-    let png = canvas.png().map_err(|e| Failure::new(Exit::Internal, "cannot make a PNG").fact(e.to_string()))?;
-    put(path, "the picture", &png)?;
+/// Draw a chart and write it as PNG. Whoever calls has the permission of [`interrupt::publish`], so a signal would wait: one that comes while the chart is drawn
+/// ends that, and nothing is written.
+pub fn pixels(path: &Path, chart: Chart) -> Result<u64, Failure> {
+    let was_cancelled = interrupt::flag().load(Ordering::SeqCst);
+    let (done, wait) = mpsc::channel();
+    std::thread::spawn(move || {
+        let canvas = chart.canvas().map_err(|e| Failure::new(Exit::Internal, e.to_string()));
+        // Nobody waits any longer after a signal.
+        _ = done.send(canvas.and_then(|canvas| encoded(&canvas)));
+    });
+    loop {
+        match wait.recv_timeout(ASKED) {
+            Ok(png) => return write_picture(path, &png?),
+            Err(RecvTimeoutError::Timeout) if was_cancelled || !interrupt::flag().load(Ordering::SeqCst) => {}
+            Err(RecvTimeoutError::Timeout) => return Err(Failure::interrupted()),
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(Failure::new(Exit::Internal, "cannot draw the chart").fact("its thread ended"));
+            }
+        }
+    }
+}
+
+/// How often it is asked whether a signal came.
+const ASKED: Duration = Duration::from_millis(20);
+
+fn encoded(canvas: &Canvas) -> Result<Vec<u8>, Failure> {
+    canvas.png().map_err(|e| Failure::new(Exit::Internal, "cannot make a PNG").fact(e.to_string()))
+}
+
+fn write_picture(path: &Path, png: &[u8]) -> Result<u64, Failure> {
+    put(path, "the picture", png)?;
     Ok(png.len() as u64)
 }
 

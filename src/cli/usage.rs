@@ -18,7 +18,7 @@ struct Conflict {
 const OTHER: &str = "leave out {other}";
 const TAKE_OUT: &str = "take a frame out as a still file: bvhc convert FILE -o STILL --frame N";
 
-const CONFLICTS: [Conflict; 33] = [
+const CONFLICTS: [Conflict; 35] = [
     row("--quiet", &["--verbose"], "one asks for fewer words and the other for more", "leave out --quiet"),
     // build
     row("--fps", &["--time"], "a clip is played as many frames, or posed at one time", "leave out --time"),
@@ -66,6 +66,18 @@ const CONFLICTS: [Conflict; 33] = [
         "--stability",
         &["MODEL", "--recipe", "--peer"],
         "the scenes that builders fail on are built by a list of recipes",
+        OTHER,
+    ),
+    row(
+        "--stability",
+        &["--degenerate", "--allow-outside", "--scene", "--clip", "--time", "--ignore-extension"],
+        "its scenes are made, and no file is read",
+        OTHER,
+    ),
+    row(
+        "--stability",
+        &["--accuracy-rays"],
+        "the hits of one arithmetic are judged there, by a share of --rays",
         OTHER,
     ),
     row("--markdown", &["--json"], "both are forms of what is printed", "leave out --markdown"),
@@ -218,8 +230,9 @@ fn told(a: &str, b: &str) -> Option<(&'static str, String)> {
     })
 }
 
-/// `--frame <all|LIST>` as `--frame`, `[ID]...` as `ID`.
+/// `--frame <all|LIST>` as `--frame`, `--stability[=<SCENES>]` as `--stability`, `[ID]...` as `ID`.
 fn name(shown: &str) -> String {
+    let shown = if shown.starts_with('-') { shown.split(['[', '=']).next().unwrap_or_default() } else { shown };
     shown.split(' ').next().unwrap_or_default().trim_matches(['<', '>', '[', ']', '.']).to_owned()
 }
 
@@ -286,5 +299,9 @@ mod tests {
         assert_eq!(help("--ray", "--seed"), "leave out --seed");
         assert_eq!(help("--frame", "--drop-meta"), "leave out --drop-meta");
         assert_eq!(told("--ray", "--fps"), None);
+        assert_eq!(
+            ["--stability[=<SCENES>]", "[MODEL]...", "--frame <N>"].map(name),
+            ["--stability", "MODEL", "--frame"]
+        );
     }
 }

@@ -12,6 +12,9 @@ use serde::Serialize;
 pub struct RayReport {
     /// 1.2 · visits + tests a ray, the mean of the sets that have rays.
     pub cost: f64,
+    /// Standard error of `cost`, as that of a mean of independent rays. Two trees of one scene have the same rays, whose costs go together, so their difference is
+    /// known better than that.
+    pub standard_error: f64,
     /// One row a set; none for sets without rays, where the cameras see nothing.
     pub sets: Vec<SetReport>,
 }
@@ -34,22 +37,40 @@ pub struct SetReport {
     pub leaf_variability: f64,
     /// 1.2 · visits + tests.
     pub cost: f64,
+    /// Standard error of `cost`: s / √n with the variance s² = Σ (cost of a ray − mean)² / (n − 1), and 0 of a single ray.
+    pub standard_error: f64,
 }
 
 impl RayReport {
-    /// Trace about `count` rays a set (the next lower number that four cameras with square films have).
+    /// Trace about `count` rays a set (the next lower number that four cameras with square films have, and at least four).
     pub fn of_view(view: &View<'_>, count: usize, exec: &Executor) -> RayReport {
-        let rays = ProbeRays::around(view, &Camera::around(view), count);
-        let set = |(number, name)| SetReport::of(name, &rays.works(number, view, exec));
+        RayReport::of_view_while(view, count, exec, &|| true)
+    }
+
+    /// [`RayReport::of_view`] for as long as that goes on: after that it says nothing of value.
+    pub(crate) fn of_view_while(
+        view: &View<'_>,
+        count: usize,
+        exec: &Executor,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> RayReport {
+        let rays = ProbeRays::around_while(view, &Camera::around(view), count, goes_on);
+        let set = |(number, name)| SetReport::of(name, &rays.works_while(number, view, exec, goes_on));
         let sets: Vec<SetReport> = SETS.into_iter().enumerate().filter_map(set).collect();
-        let cost = sets.iter().map(|set| set.cost).sum::<f64>() / sets.len().max(1) as f64;
-        RayReport { cost, sets }
+        let cost = mean_of(&sets, |set| set.cost);
+        let squares = sets.iter().fold(0.0, |sum, set| sum + set.standard_error * set.standard_error);
+        RayReport { cost, standard_error: squares.sqrt() / sets.len().max(1) as f64, sets }
     }
 
     /// The mean over the sets, each counted alike; 0 without sets.
     pub fn mean(&self, of: impl Fn(&SetReport) -> f64) -> f64 {
-        self.sets.iter().map(of).sum::<f64>() / self.sets.len().max(1) as f64
+        mean_of(&self.sets, of)
     }
+}
+
+/// 0 of none: an empty sum is −0.
+fn mean_of(sets: &[SetReport], of: impl Fn(&SetReport) -> f64) -> f64 {
+    sets.iter().map(of).fold(0.0, |sum, value| sum + value) / sets.len().max(1) as f64
 }
 
 impl SetReport {
@@ -59,9 +80,14 @@ impl SetReport {
         let leaves = mean(&|w| f64::from(w.leaves));
         // About the mean, not as the difference of two large numbers.
         let variance = mean(&|w| (f64::from(w.leaves) - leaves).powi(2));
-        let cost = REPORT_TRAVERSAL_COST * visits + REPORT_INTERSECTION_COST * tests;
+        let of_ray = |visits: f64, tests: f64| REPORT_TRAVERSAL_COST * visits + REPORT_INTERSECTION_COST * tests;
+        let cost = of_ray(visits, tests);
+        let spread = mean(&|w| (of_ray(f64::from(w.inner_nodes), f64::from(w.triangles)) - cost).powi(2));
         let rays = works.len() as u64;
-        (rays > 0).then(|| SetReport { name, rays, visits, tests, leaves, leaf_variability: variance.sqrt(), cost })
+        // The mean of squares is over n, and the variance over n − 1.
+        let standard_error = (spread / rays.saturating_sub(1).max(1) as f64).sqrt();
+        let leaf_variability = variance.sqrt();
+        (rays > 0).then(|| SetReport { name, rays, visits, tests, leaves, leaf_variability, cost, standard_error })
     }
 }
 
@@ -139,6 +165,9 @@ mod tests {
         // Leaves 1, 1, 4, 6: mean 3, variance (4 + 4 + 1 + 9) / 4.
         assert_eq!((set.leaves, set.visits, set.tests, set.rays), (3.0, 3.0, 6.0, 4));
         assert!((set.leaf_variability - 4.5f64.sqrt()).abs() < 1e-12 && (set.cost - 9.6).abs() < 1e-12);
+        // Costs 3.2, 3.2, 12.8, 19.2 about 9.6: squares 40.96 + 40.96 + 10.24 + 92.16 over three, and that over four rays.
+        assert!((set.standard_error - (184.32f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12, "{set:?}");
+        assert_eq!(SetReport::of("primary", &[work(1)]).unwrap().standard_error, 0.0);
         assert!(SetReport::of("primary", &[]).is_none());
     }
 
@@ -152,5 +181,10 @@ mod tests {
         assert_eq!(report, RayReport::of_view(&view, 256, &Executor::new(3).unwrap()));
         let nothing = RayReport::of_view(&Image::default().view(), 64, &exec);
         assert_eq!(nothing.mean(|set| set.visits), 0.0);
+        let none = RayReport::of_view(&view, 0, &exec);
+        assert!(none.sets.is_empty() && none.cost.is_sign_positive() && none.mean(|set| set.tests).is_sign_positive());
+        let fewest = RayReport::of_view(&view, 1, &exec);
+        assert!(fewest.sets.iter().all(|set| set.rays == 4) && fewest.cost > 0.0 && fewest.standard_error > 0.0);
+        assert!(report.standard_error > 0.0 && report.standard_error < fewest.standard_error, "{report:?} {fewest:?}");
     }
 }

@@ -12,9 +12,11 @@
 //! | `blame` | the record that makes a ray go wrong |
 //! | `replay`, `ray_text` | one ray again, with a log; a ray as text |
 //! | `record`, `device`, `cpu`, `opencl` | what devices read, write and are |
+//! | `answers` | what traversals of others get wrong |
 //! | `accuracy` | what other arithmetics would have got wrong |
 
 pub mod accuracy;
+pub mod answers;
 mod blame;
 mod class;
 mod cpu;

@@ -301,8 +301,12 @@ fn a_builder_of_others_is_a_point_and_one_that_fails_is_told() {
         "600s",
         "--json",
     ]);
-    command.args(["--peer", "bvh=python3 worker.py", "--peer", "obvhs=./nothing"]);
-    let json = crate::said(command.output().unwrap()).json();
+    command.args(["--peer", "BVH=python3 worker.py", "--peer", "obvhs=./nothing", "-o", "page.html"]);
+    let said = crate::said(command.output().unwrap());
+    assert_eq!(said.code, 3, "a peer failed: {}", said.err);
+    assert!(said.err.contains("obvhs worker failed") && text(&place, "page.html").contains("obvhs worker failed"));
+    let json = said.json();
+    assert_eq!(json["exit_code"], 3);
     let rows = json["models"][0]["recipes"].as_array().unwrap();
     let peer = rows.iter().find(|row| row["origin"] == "peer").expect("the worker's tree");
     assert_eq!((peer["name"].as_str(), peer["nodes"].as_u64()), (Some("bvh default"), Some(1)));
@@ -310,7 +314,17 @@ fn a_builder_of_others_is_a_point_and_one_that_fails_is_told() {
     let cost = |row: &Value| row["rays"]["cost"].as_f64().unwrap();
     assert!(rows.iter().all(|row| cost(row) <= cost(peer)), "one leaf is the worst tree");
     let left = json["models"][0]["left_out"].as_array().unwrap();
-    assert_eq!((left.len(), left[0]["reason"].as_str()), (1, Some("failed")));
+    let told = (left.len(), left[0]["reason"].as_str(), left[0]["origin"].as_str());
+    assert_eq!(told, (1, Some("failed"), Some("peer")));
+
+    // One that ends after its first answer has failed as well, and its point stays.
+    place.write("once.py", WORKER.replace("while read(1)", "if read(1)"));
+    let mut command = place.command();
+    command.args(["chart", "roof.obj", "--rays", "64", "--accuracy-rays", "0", "--rounds", "3", "--json"]);
+    let said = crate::said(command.args(["--budget", "600s", "--peer", "bvh=python3 once.py"]).output().unwrap());
+    let model = &said.json()["models"][0];
+    assert_eq!((said.code, model["left_out"][0]["name"].as_str()), (3, Some("bvh default")));
+    assert!(model["recipes"].as_array().unwrap().iter().any(|row| row["name"] == "bvh default"));
     assert_eq!(place.run("chart roof.obj --peer nobody=worker").code, 2);
 }
 
@@ -345,4 +359,53 @@ fn scenes_that_builders_fail_on_are_judged() {
     assert!(unknown.code == 2 && unknown.err.contains("hall"), "{}", unknown.err);
     assert_eq!(place.run("chart roof.obj --stability").code, 2);
     assert_eq!(place.run("chart --stability --sizes 200,100").code, 2);
+    let named = place.run("chart --stability=CLOUD,f29,Nan --sizes 100,300 --rays 64 --rounds 1 --json").json();
+    assert_eq!((named["scenes"][0]["id"].as_str(), named["refused"].as_array().unwrap().len()), (Some("F36"), 1));
+    assert!(named["splits"].is_object());
+}
+
+#[test]
+fn flags_about_something_else_are_refused() {
+    let place = heli();
+    place.write("roof.obj", strip(40));
+    place.ok("build in/heli.%04d.obj --missing skip -o heli.bvhc --preset draft -q");
+    let refused = |args: &str, flag: &str| {
+        let said = place.run(&format!("chart {args} -o page.html"));
+        assert!(said.code == 2 && said.err.contains(flag) && said.err.contains("help: "), "{args}: {}", said.err);
+        assert!(!place.path("page.html").exists(), "{args}");
+    };
+    refused("roof.obj --sizes 100,300", "--sizes");
+    for flag in ["--accuracy-rays 5", "--scene 0", "--clip walk", "--time 1", "--degenerate keep", "--allow-outside"] {
+        refused(&format!("--stability {flag}"), flag.split(' ').next().unwrap());
+    }
+    refused("--stability --ignore-extension X", "--ignore-extension");
+    for flag in ["--recipe=--method=sweep", "--peer bvh=x", "--rounds 2", "--accuracy-rays 5", "--scene 0"] {
+        refused(&format!("heli.bvhc {flag}"), flag.split([' ', '=']).next().unwrap());
+    }
+    place.ok("chart heli.bvhc --rays 64 -o page.html");
+}
+
+#[test]
+fn few_rays_are_told_and_count_nothing_below_zero() {
+    let place = roof();
+    let said = place.ok("chart roof.obj --rays 1 --accuracy-rays 0 --rounds 1 --budget 600s -o page.html");
+    assert!(said.err.contains("12 rays tell no recipes apart") && said.err.contains("--rays 4096"), "{}", said.err);
+    assert!(text(&place, "page.html").contains("12 rays tell no recipes apart"));
+    assert!(!said.out.contains("-0.00") && !said.out.contains("preset auto suits"), "{}", said.out);
+    let many = "chart roof.obj --rays 4096 --accuracy-rays 0 --rounds 1 --budget 600s";
+    let said = place.ok(many);
+    assert!(!said.err.contains("rays tell no"), "{}", said.err);
+    // The last line is what to type.
+    let advice = said.out.lines().last().unwrap();
+    let typed = advice.split_once("Type: bvhc ").unwrap_or_else(|| panic!("{advice}")).1;
+    assert!(advice.starts_with("For roof.obj preset ") && typed.starts_with("build roof.obj -o roof.bvhc --preset "));
+    place.ok(typed);
+    let model = place.ok(&format!("{many} --json")).json()["models"][0].clone();
+    let recipes = model["recipes"].as_array().unwrap();
+    let cost = |row: &Value| row["rays"]["cost"].as_f64().unwrap();
+    let least = recipes.iter().map(cost).fold(f64::INFINITY, f64::min);
+    let advised = recipes.iter().find(|row| row["flags"] == model["advice"]).unwrap();
+    assert!(advised["origin"] == "preset" && cost(advised) <= 1.05 * least, "{advised}");
+    let nothing = place.ok("chart roof.obj --budget 0s --json").json();
+    assert_eq!(nothing["models"][0]["advice"], Value::Null, "one preset is no choice");
 }

@@ -183,6 +183,11 @@ impl RayHit {
         self.geometry != NOTHING
     }
 
+    /// Distance and triangle of the hit.
+    pub fn found(&self) -> Option<(f32, u32)> {
+        self.is_hit().then_some((self.greatest, self.primitive))
+    }
+
     /// `rtcOccluded1` says so by a distance of minus infinity.
     pub fn is_occluded(&self) -> bool {
         self.greatest < 0.0

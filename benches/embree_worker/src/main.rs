@@ -8,11 +8,14 @@
 //! The time is that of `rtcBuildBVH` alone; primitive boxes are filled before it and nodes are renumbered after it, outside of the
 //! clock, and its nodes come from Embree's own per-thread allocator.
 //!
-//! `embree_worker LIBRARY THREADS refit` refits instead, and with `trace` it traces rays: see `refit` and `rays`.
+//! `embree_worker LIBRARY THREADS refit` refits instead, and with `trace` or `league` it traces rays: see `refit`, `rays` and `league`.
 
 mod api;
+mod league;
 mod rays;
 mod refit;
+#[path = "../../league/serve.rs"]
+mod serve;
 mod tree;
 
 use api::{BuildArguments, Library, Primitive, QUALITY_HIGH, QUALITY_LOW, QUALITY_MEDIUM, SceneLibrary, TraceLibrary};
@@ -47,6 +50,9 @@ fn main() -> Result<()> {
             return refit::serve(&library, device, &mut input, &mut output);
         }
         let tracing = TraceLibrary::load(&path).map_err(Error::other)?;
+        if mode == "league" {
+            return league::serve(&library, &tracing, device, &mut input, &mut output);
+        }
         return rays::serve(&library, &tracing, device, &mut input, &mut output);
     }
     let mut count = [0; 4];

@@ -182,26 +182,20 @@ impl Panel {
             let front: Vec<[f64; 2]> = front::of(self).into_iter().map(at).collect();
             line(canvas, front, FRONT, 4)?;
         }
-        let drawable = |s: &Series| -> Vec<Point> {
-            let takes = |p: &&Point| self.x.scale.takes(p.x) && self.y.scale.takes(p.y);
-            s.points.iter().filter(takes).cloned().collect()
-        };
         for series in self.series.iter().filter(|s| s.connected) {
-            let mut points = drawable(series);
-            points.sort_by(|a, b| a.x.total_cmp(&b.x));
-            line(canvas, points.iter().map(at), colour(series.colour), 1)?;
+            line(canvas, self.drawable(series).iter().map(at), colour(series.colour), 1)?;
         }
-        let mut places = Places::new([left, top, right, bottom], self.points().map(at), RADIUS);
+        let mut places = Places::of(self, [left, top, right, bottom], &at, RADIUS);
         for series in &self.series {
-            for point in drawable(series) {
-                if let Some(ends) = point.spread.filter(|ends| ends.iter().all(|x| self.x.scale.takes(*x))) {
-                    line(canvas, ends.map(|x| at(&Point { x, ..point.clone() })), colour(series.colour), 1)?;
+            for point in self.drawable(series) {
+                if let Some(ends) = self.ends(&point) {
+                    line(canvas, ends.map(|end| at(&end)), colour(series.colour), 1)?;
                 }
                 point.marker.draw(canvas, at(&point), colour(series.colour))?;
             }
         }
         for series in &self.series {
-            for point in drawable(series).iter().filter(|p| !p.label.is_empty()) {
+            for point in self.drawable(series).iter().filter(|p| !p.label.is_empty()) {
                 let place = places.find(at(point), &point.label, SMALL);
                 write(canvas, &point.label, place, SMALL, colour(series.colour), HPos::Left, VPos::Center)?;
             }

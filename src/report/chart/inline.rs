@@ -2,7 +2,7 @@
 
 use super::labels::{Places, width};
 use super::scale::{Fit, short};
-use super::{COLOURS, Marker, Panel, Point, Series, front};
+use super::{COLOURS, Marker, Panel, Point, front};
 use crate::report::html::escaped;
 use std::fmt::Write;
 
@@ -51,23 +51,18 @@ pub fn svg(panel: &Panel, [w, h]: [f64; 2], class: &str, name: &dyn Fn(&Point) -
     if panel.front {
         out.line("front", &front::of(panel).into_iter().map(at).collect::<Vec<_>>());
     }
-    let drawable = |s: &Series| -> Vec<Point> {
-        let mut points: Vec<Point> = panel.points().filter(|p| s.points.contains(p)).cloned().collect();
-        points.sort_by(|a, b| a.x.total_cmp(&b.x));
-        points
-    };
     for series in panel.series.iter().filter(|s| s.connected) {
-        let points: Vec<[f64; 2]> = drawable(series).iter().map(at).collect();
+        let points: Vec<[f64; 2]> = panel.drawable(series).iter().map(at).collect();
         out.line(&format!("joined c{}", series.colour % COLOURS), &points);
     }
-    let mut places = Places::new([left, top, right, bottom], panel.points().map(at), RADIUS);
+    let mut places = Places::of(panel, [left, top, right, bottom], &at, RADIUS);
     for series in &panel.series {
-        for point in drawable(series) {
+        for point in panel.drawable(series) {
             out.point(&point, at(&point), point.spread.map(|ends| ends.map(place)), series.colour % COLOURS, name);
         }
     }
     for series in &panel.series {
-        for point in drawable(series).iter().filter(|p| !p.label.is_empty()) {
+        for point in panel.drawable(series).iter().filter(|p| !p.label.is_empty()) {
             let [x, y] = places.find(at(point), &point.label, TEXT);
             out.text(&format!("label c{}", series.colour % COLOURS), [x, y + 4.0], &point.label);
         }

@@ -139,6 +139,20 @@ impl Panel {
         self.points().flat_map(|p| std::iter::once(p.x).chain(p.spread.into_iter().flatten()))
     }
 
+    /// Those of a series that can be drawn, in the order of their x.
+    fn drawable(&self, series: &Series) -> Vec<Point> {
+        let takes = |p: &&Point| self.x.scale.takes(p.x) && self.y.scale.takes(p.y);
+        let mut points: Vec<Point> = series.points.iter().filter(takes).cloned().collect();
+        points.sort_by(|a, b| a.x.total_cmp(&b.x));
+        points
+    }
+
+    /// The ends of a point's spread, where the axis can show them.
+    fn ends(&self, point: &Point) -> Option<[Point; 2]> {
+        let ends = point.spread.filter(|ends| ends.iter().all(|x| self.x.scale.takes(*x)))?;
+        Some(ends.map(|x| Point { x, ..point.clone() }))
+    }
+
     /// Points that can be drawn: finite, and positive where the axis is logarithmic.
     fn points(&self) -> impl Iterator<Item = &Point> {
         self.series.iter().flat_map(|s| &s.points).filter(|p| self.x.scale.takes(p.x) && self.y.scale.takes(p.y))

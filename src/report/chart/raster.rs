@@ -59,6 +59,20 @@ impl DrawingBackend for Fine {
         self.0.blend(x.into(), y.into(), [red, green, blue], colour.alpha);
         Ok(())
     }
+
+    /// The largest shapes are filled row by row: the ground alone is most of the pixels.
+    fn draw_rect<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S, fill: bool) -> Drawn {
+        let colour = style.color();
+        if !fill || colour.alpha < 1.0 {
+            return plotters_backend::rasterizer::draw_rect(self, from, to, style, fill);
+        }
+        // Both corners are within.
+        let side = |a: i32, b: i32| (a.min(b).max(0) as usize, (a.max(b) + 1).max(0) as usize);
+        let ((left, right), (top, bottom)) = (side(from.0, to.0), side(from.1, to.1));
+        let (red, green, blue) = colour.rgb;
+        self.0.fill([left, top], [right - left, bottom - top], [red, green, blue]);
+        Ok(())
+    }
 }
 
 /// A style whose lines are wider.
@@ -96,7 +110,8 @@ impl DrawingBackend for Raster<'_> {
 
     fn draw_pixel(&mut self, (x, y): BackendCoord, colour: BackendColor) -> Drawn {
         let corner = |x, y| (x * FINE, y * FINE);
-        self.fine.draw_rect(corner(x, y), corner(x + 1, y + 1), &colour, true)
+        let (left, top) = corner(x, y);
+        self.fine.draw_rect((left, top), (left + FINE - 1, top + FINE - 1), &colour, true)
     }
 
     fn draw_line<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S) -> Drawn {

@@ -66,6 +66,35 @@ fn names_keep_off_each_other() {
 }
 
 #[test]
+fn names_keep_off_lines() {
+    // A front that goes through the points from the upper left to the lower right, and a spread to the right of the last.
+    let points = [[1.0, 9.0], [3.0, 5.0], [6.0, 2.0], [9.0, 1.0]];
+    let named = points.iter().enumerate().map(|(i, [x, y])| Point::new(*x, *y).named(format!("name {i}")));
+    let mut named: Vec<Point> = named.collect();
+    named[1] = named[1].clone().spread([2.5, 5.0]);
+    let axis = |label: &str| Axis::linear(label).lower_is_better();
+    let panel = Panel::new("", axis("x"), axis("y")).with_front().with(Series::new("", 0, named.clone()));
+    let at = |p: &Point| [40.0 * p.x, 400.0 - 40.0 * p.y];
+    let mut places = labels::Places::of(&panel, [0.0, 0.0, 400.0, 400.0], &at, 4.0);
+    let front: Vec<[f64; 2]> = panel.best().into_iter().map(at).collect();
+    assert_eq!(front.len(), 4);
+    let lines: Vec<[[f64; 2]; 2]> =
+        front.windows(2).map(|pair| [pair[0], pair[1]]).chain([[[100.0, 200.0], [200.0, 200.0]]]).collect();
+    for point in &named {
+        let [left, middle] = places.find(at(point), &point.label, 11.0);
+        let right = left + labels::width(&point.label, 11.0);
+        for [a, b] in &lines {
+            for i in 0..=1000 {
+                let share = f64::from(i) / 1000.0;
+                let [x, y] = [0, 1].map(|k| a[k] + share * (b[k] - a[k]));
+                let struck = x > left && x < right && (y - middle).abs() < 5.5;
+                assert!(!struck, "{} at {left}, {middle} is struck through at {x}, {y}", point.label);
+            }
+        }
+    }
+}
+
+#[test]
 fn a_chart_shows_every_point_and_escapes_text() {
     let points = vec![Point::new(1.0, 0.0).named("<a & b>"), Point::new(10.0, 5.0).marked(Marker::Square)];
     let panel = Panel::new("scene", Axis::logarithmic("speed"), Axis::logarithmic_or_zero("errors").lower_is_better());

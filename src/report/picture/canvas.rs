@@ -51,7 +51,8 @@ impl Canvas {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { return };
         if x < self.width && y < self.height {
             let pixel = &mut self.pixels[y * self.width + x];
-            *pixel = mix(*pixel, colour, opacity);
+            // Most of what is drawn hides what was there.
+            *pixel = if opacity >= 1.0 { colour } else { mix(*pixel, colour, opacity) };
         }
     }
 
@@ -88,12 +89,17 @@ impl Canvas {
             return self.clone();
         }
         let (width, height) = (self.width / by, self.height / by);
-        let mean = |x: usize, y: usize| {
-            let all = (0..by * by).map(|i| self.get(x * by + i % by, y * by + i / by));
-            let sum = all.fold([0u32; 3], |sum, rgb| [0, 1, 2].map(|c| sum[c] + u32::from(rgb[c])));
-            sum.map(|c| (c / (by * by) as u32) as u8)
-        };
-        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect();
+        let mut pixels = Vec::with_capacity(width * height);
+        let mut sums = vec![[0u32; 3]; width];
+        for y in 0..height {
+            sums.fill([0; 3]);
+            for row in self.pixels[y * by * self.width..].chunks_exact(self.width.max(1)).take(by) {
+                for (sum, square) in sums.iter_mut().zip(row.chunks_exact(by)) {
+                    square.iter().for_each(|rgb| [0, 1, 2].iter().for_each(|c: &usize| sum[*c] += u32::from(rgb[*c])));
+                }
+            }
+            pixels.extend(sums.iter().map(|sum| sum.map(|c| (c / (by * by) as u32) as u8)));
+        }
         Canvas { width, height, pixels }
     }
 

@@ -31,6 +31,9 @@ pub struct FormRow {
     pub lost: u64,
 }
 
+/// After so many rays it is asked whether to go on.
+const ASKED: u64 = 1 << 10;
+
 /// What a form says to a ray: its nearest hit, or whether there is any.
 type Ask<'a> = Box<dyn Fn(&Ray, bool) -> Result<Answer, Malformed> + 'a>;
 /// Bits of the nearest hit and the triangle that it names, or that there is one.
@@ -46,16 +49,12 @@ fn ask<'a>(
     })
 }
 
-/// All forms of an image's trees, with about `rays` rays in each of three sets, in so many rounds that alternate over the forms; fewer where `goes_on` says so.
+/// All forms of an image's trees, with about `rays` rays in each of three sets, in so many rounds that alternate over the forms; fewer where `goes_on` says so, and
+/// none where that is before the first round ends.
 ///
 /// # Errors
 /// Where the trees are malformed.
-pub fn forms(
-    image: &Image,
-    rays: usize,
-    rounds: u32,
-    mut goes_on: impl FnMut() -> bool,
-) -> Result<Vec<FormRow>, Malformed> {
+pub fn forms(image: &Image, rays: usize, rounds: u32, goes_on: impl Fn() -> bool) -> Result<Vec<FormRow>, Malformed> {
     let view = image.view();
     let (collapse, triangles) =
         (Collapse::default(), view.blases.iter().map(|blas| f64::from(blas.prim_count)).sum::<f64>());
@@ -78,10 +77,13 @@ pub fn forms(
         ask(|ray| compact.closest_hit(ray), |ray| compact.any_hit(ray)),
     ];
 
-    let probe = ProbeRays::around(&view, &Camera::around(&view), rays);
+    let probe = ProbeRays::around_while(&view, &Camera::around(&view), rays, &goes_on);
     let all = || (0..SETS.len()).flat_map(|set| probe.rays(set).iter().map(move |ray| (ray, set == 2)));
     let (mut lost, mut count) = ([0u64; 4], 0);
     for (ray, is_any) in all() {
+        if count % ASKED == 0 && !goes_on() {
+            return Ok(Vec::new());
+        }
         let want = asks[0](ray, is_any)?;
         for (lost, ask) in lost.iter_mut().zip(&asks) {
             *lost += u64::from(ask(ray, is_any)? != want);
@@ -89,17 +91,22 @@ pub fn forms(
         count += 1;
     }
     let mut seconds = [const { Vec::new() }; 4];
-    for round in 0..rounds {
-        if round > 0 && !goes_on() {
-            break;
-        }
-        for (seconds, ask) in seconds.iter_mut().zip(&asks) {
+    'rounds: for _ in 0..rounds {
+        let mut round = [0.0; 4];
+        for (seconds, ask) in round.iter_mut().zip(&asks) {
             let start = Instant::now();
-            for (ray, is_any) in all() {
+            for (number, (ray, is_any)) in all().enumerate() {
+                if number as u64 % ASKED == 0 && !goes_on() {
+                    break 'rounds;
+                }
                 std::hint::black_box(ask(ray, is_any)?);
             }
-            seconds.push(start.elapsed().as_secs_f64());
+            *seconds = start.elapsed().as_secs_f64();
         }
+        seconds.iter_mut().zip(round).for_each(|(all, one)| all.push(one));
+    }
+    if seconds[0].is_empty() {
+        return Ok(Vec::new());
     }
     let row = |i: usize| {
         let ((name, children, bits), trace) = (heads[i], Times::of(&seconds[i]));
@@ -139,6 +146,7 @@ mod tests {
         );
         let least = rows.iter().min_by(|a, b| a.bytes_per_triangle.total_cmp(&b.bytes_per_triangle)).unwrap();
         assert_eq!((least.name, least.bits), ("8 children, compact", 8));
+        assert!(forms(&image, 256, 2, || false).unwrap().is_empty());
         assert_eq!(rows[0].bytes_per_triangle, size_of_val(&image.nodes[..]) as f64 / 4662.0);
     }
 }

@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use crate::search::NAMED_RECIPE;
 use crate::trace::probe::{Camera, ProbeRays, SETS};
 use crate::tree::Accel;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// How thoroughly.
 #[derive(Clone, Copy, Debug)]
@@ -119,7 +119,7 @@ impl<'a> Contest<'a> {
                 flags: String::new(),
                 options: options.clone(),
             };
-            let pipe = Pipe::open(worker, self.exec.threads(), &mesh);
+            let pipe = Pipe::open(worker, self.exec.threads(), &mesh, &self.goes_on());
             let mut pipe = match pipe {
                 Ok(pipe) => pipe,
                 Err(error) => {
@@ -129,16 +129,16 @@ impl<'a> Contest<'a> {
             };
             for (number, setting) in worker.settings.iter().enumerate() {
                 let (recipe, number) = (recipe(setting), number as u8);
-                let has_time = Instant::now() < self.effort.until;
-                if self.watch.is_cancelled() || !has_time {
+                if !self.goes_on()() {
                     self.leave_out(recipe, &BuildError::Cancelled);
                     continue;
                 }
                 self.watch.step(&recipe.name, 1, self.measured.len() as u64, self.recipes.len() as u64);
-                let built = pipe.build(number).map_err(|e| e.to_string()).and_then(|(milliseconds, tree)| {
-                    let image = Image::of_tree(&mesh, &tree, self.exec).map_err(|e| e.to_string())?;
-                    Ok((milliseconds, image))
-                });
+                let built =
+                    pipe.build(number, &self.goes_on()).map_err(|e| e.to_string()).and_then(|(milliseconds, tree)| {
+                        let image = Image::of_tree(&mesh, &tree, self.exec).map_err(|e| e.to_string())?;
+                        Ok((milliseconds, image))
+                    });
                 match built {
                     Ok((milliseconds, image)) => {
                         let peer = Some((self.peers.len(), number));
@@ -173,7 +173,7 @@ impl<'a> Contest<'a> {
                 let which = (round as usize + turn) % count;
                 let Measured { recipe, rounds, peer, .. } = &self.measured[which];
                 let peer = *peer;
-                let (name, options) = (recipe.name.clone(), recipe.options.clone());
+                let (which_recipe, name, options) = (recipe.clone(), recipe.name.clone(), recipe.options.clone());
                 let expected = rounds.iter().copied().fold(f64::INFINITY, f64::min);
                 let left = self.effort.until.saturating_duration_since(Instant::now()).as_secs_f64();
                 if self.watch.is_cancelled() || expected > left {
@@ -181,7 +181,7 @@ impl<'a> Contest<'a> {
                 }
                 self.watch.step(&name, round + 1, done, of);
                 let seconds = match peer {
-                    Some((peer, setting)) => self.peers[peer].build(setting).ok().map(|(ms, _)| 1e-3 * ms),
+                    Some((peer, setting)) => self.build_again(peer, setting, &which_recipe),
                     None => self.build(&options, Some(self.effort.until)).ok().map(|(seconds, _)| seconds),
                 };
                 if let Some(seconds) = seconds {
@@ -193,6 +193,26 @@ impl<'a> Contest<'a> {
                 return;
             }
         }
+    }
+
+    /// The seconds that a peer takes for one more build; nothing where it fails, which is told once.
+    fn build_again(&mut self, peer: usize, setting: u8, recipe: &Recipe) -> Option<f64> {
+        let goes_on = self.goes_on();
+        match self.peers[peer].build(setting, &goes_on) {
+            Ok((milliseconds, _)) => Some(1e-3 * milliseconds),
+            Err(error) => {
+                if !self.left_out.iter().any(|left| left.name == recipe.name) && goes_on() {
+                    self.fail(recipe.clone(), error.to_string());
+                }
+                None
+            }
+        }
+    }
+
+    /// Whether there is time left, and nobody interrupted.
+    fn goes_on(&self) -> impl Fn() -> bool + Sync + use<'a> {
+        let (watch, until) = (self.watch, self.effort.until);
+        move || !watch.is_cancelled() && Instant::now() < until
     }
 
     /// What was measured.
@@ -253,6 +273,9 @@ impl<'a> Contest<'a> {
     ) {
         let view = image.view();
         let file = FileReport::of_view(String::new(), 0, &view);
+        let goes_on = || !self.watch.is_cancelled();
+        let rays = RayReport::of_view_while(&view, self.effort.rays, self.exec, &goes_on);
+        let trace_seconds = traced(&view, self.effort.rays, &goes_on);
         let row = Row {
             name: recipe.name.clone(),
             origin: recipe.origin,
@@ -260,20 +283,35 @@ impl<'a> Contest<'a> {
             chosen_by: Vec::new(),
             front: false,
             build: Times::default(),
-            rays: RayReport::of_view(&view, self.effort.rays, self.exec),
+            rays,
             nodes: file.blas.nodes,
             references: file.blas.references,
             depth: file.blas.max_depth,
             sah: file.blas.sah,
             epo: EpoReport::of_view(&view, EpoMode::Points(EPO_POINTS), self.exec).value,
-            trace_seconds: traced(&view, self.effort.rays),
+            trace_seconds,
             notes,
         };
+        // What was cut short is no figure.
+        if self.watch.is_cancelled() {
+            return self.leave_out(recipe, &BuildError::Cancelled);
+        }
         self.measured.push(Measured { recipe, peer, rounds: vec![seconds], row });
     }
 
+    /// A worker that was killed for want of time, or by the signal that interrupts this program as well, has not failed.
     fn fail(&mut self, recipe: Recipe, why: String) {
-        self.left_out.push(LeftOut { name: recipe.name, flags: recipe.flags, reason: Reason::Failed(why) });
+        let goes_on = self.goes_on();
+        let asked = Instant::now();
+        while goes_on() && asked.elapsed() < SIGNALLED {
+            std::thread::sleep(SIGNALLED / 10);
+        }
+        if goes_on() {
+            let Recipe { name, origin, flags, .. } = recipe;
+            self.left_out.push(LeftOut { name, origin, flags, reason: Reason::Failed(why) });
+        } else {
+            self.leave_out(recipe, &BuildError::Cancelled);
+        }
     }
 
     /// Mark what a search ended with, where it is a recipe of the list; else put it there.
@@ -303,23 +341,27 @@ impl<'a> Contest<'a> {
             BuildError::Cancelled => Reason::Budget,
             other => Reason::Failed(other.to_string()),
         };
-        self.left_out.push(LeftOut { name: recipe.name, flags: recipe.flags, reason });
+        let Recipe { name, origin, flags, .. } = recipe;
+        self.left_out.push(LeftOut { name, origin, flags, reason });
     }
 }
 
+/// How long a signal to this program may come after its workers have died of it.
+const SIGNALLED: Duration = Duration::from_millis(100);
 /// Points at which the end-point overlap is asked, and how often rays are timed: a small part of what the quickest build takes.
 const EPO_POINTS: u32 = 4096;
 const TRACED: u32 = 3;
 
 /// The least time of a few that about so many rays in each set take on this thread.
-fn traced(view: &View<'_>, rays: usize) -> f64 {
-    let probe = ProbeRays::around(view, &Camera::around(view), rays);
+fn traced(view: &View<'_>, rays: usize, goes_on: &dyn Fn() -> bool) -> f64 {
+    let probe = ProbeRays::around_while(view, &Camera::around(view), rays, goes_on);
     let once = |_| {
         let start = Instant::now();
-        (0..SETS.len()).for_each(|set| _ = std::hint::black_box(probe.trace(set, view)));
+        let sets = (0..SETS.len()).take_while(|_| goes_on());
+        sets.for_each(|set| _ = std::hint::black_box(probe.trace(set, view)));
         start.elapsed().as_secs_f64()
     };
-    (0..TRACED).map(once).fold(f64::INFINITY, f64::min)
+    (0..TRACED).take_while(|_| goes_on()).map(once).fold(f64::INFINITY, f64::min)
 }
 
 /// The recipe that a search ended with, from what it wrote down; nothing where it chose for several trees.

@@ -31,7 +31,7 @@ use serde::Serialize;
 pub struct TradeOff {
     /// In the order of trying, the quickest first.
     pub recipes: Vec<Row>,
-    /// Recipes without a figure.
+    /// Recipes without a figure, or a builder of someone else's that failed in a later round.
     pub left_out: Vec<LeftOut>,
     /// Groups of recipes whose build times the rounds cannot tell apart, by their names.
     pub indistinct: Vec<Vec<String>>,
@@ -75,6 +75,8 @@ pub struct Row {
 pub struct LeftOut {
     /// Of the recipe.
     pub name: String,
+    /// Who asked for it.
+    pub origin: Origin,
     /// What a user types for it.
     pub flags: String,
     /// Why.

@@ -8,13 +8,16 @@ use crate::scene::Mesh;
 use crate::tree::{Node, Tree};
 use std::io::{Error, Read, Result, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// Peers that there are workers for, with their settings in the order of the bytes that ask for them.
-pub const PEERS: [(&str, &[&str]); 3] = [
+pub const PEERS: [(&str, &[&str]); 4] = [
     ("embree", &["low", "medium", "high"]),
     ("obvhs", &["fastest", "very_fast", "fast", "medium", "slow", "very_slow"]),
     ("bvh", &["default"]),
+    ("tinybvh", &["binned", "sweep", "hq_8", "hq_32", "hq_32_optimized_25", "hq_32_extreme_50"]),
 ];
 
 /// A worker's program.
@@ -31,9 +34,9 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Of a peer that there is a row for.
+    /// Of a peer that there is a row for, whatever the case of its name.
     pub fn of(name: &str, program: &Path, arguments: &[&str]) -> Option<Worker> {
-        let (name, settings) = PEERS.iter().find(|(of, _)| *of == name)?;
+        let (name, settings) = PEERS.iter().find(|(of, _)| of.eq_ignore_ascii_case(name))?;
         let arguments = arguments.iter().map(|word| (*word).to_string()).collect();
         Some(Worker { name, settings, program: program.to_path_buf(), arguments })
     }
@@ -43,45 +46,80 @@ impl Worker {
 #[derive(Debug)]
 pub struct Pipe {
     child: Child,
+    /// Nothing once it is closed.
+    input: Option<ChildStdin>,
+    output: ChildStdout,
     triangles: u32,
 }
 
 impl Pipe {
-    /// Start it, on so many threads where it asks the environment, and tell it the mesh.
+    /// Start it, on so many threads where it asks the environment, and tell it the mesh. A worker that takes longer than `goes_on` lasts is killed.
     ///
     /// # Errors
     /// Where it does not start, or does not listen.
-    pub fn open(worker: &Worker, threads: usize, mesh: &Mesh) -> Result<Pipe> {
+    pub fn open(worker: &Worker, threads: usize, mesh: &Mesh, goes_on: &(dyn Fn() -> bool + Sync)) -> Result<Pipe> {
         let mut command = Command::new(&worker.program);
         command.args(&worker.arguments).env("RAYON_NUM_THREADS", threads.to_string());
-        let child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+        let input = child.stdin.take();
+        let output = child.stdout.take().ok_or_else(closed)?;
         let corners: Vec<[[f32; 3]; 3]> = (0..mesh.triangles.len()).map(|i| mesh.corners(i)).collect();
-        let mut pipe = Pipe { child, triangles: corners.len() as u32 };
-        let input = pipe.child.stdin.as_mut().ok_or_else(closed)?;
-        input.write_all(&(corners.len() as u32).to_ne_bytes())?;
-        input.write_all(bytemuck::cast_slice(&corners))?;
-        input.flush()?;
+        let mut pipe = Pipe { child, input, output, triangles: corners.len() as u32 };
+        pipe.watched(goes_on, |input, _| {
+            input.write_all(&(corners.len() as u32).to_ne_bytes())?;
+            input.write_all(bytemuck::cast_slice(&corners))?;
+            input.flush()
+        })?;
         Ok(pipe)
     }
 
-    /// Milliseconds, and the tree in our order of nodes.
+    /// Milliseconds, and the tree in our order of nodes. A worker that takes longer than `goes_on` lasts is killed.
     ///
     /// # Errors
     /// Where the worker ends, or answers with what is no tree over its triangles.
-    pub fn build(&mut self, setting: u8) -> Result<(f64, Tree)> {
-        let input = self.child.stdin.as_mut().ok_or_else(closed)?;
-        input.write_all(&[setting])?;
-        input.flush()?;
-        let output = self.child.stdout.as_mut().ok_or_else(closed)?;
-        let mut milliseconds = [0; 8];
-        output.read_exact(&mut milliseconds)?;
+    pub fn build(&mut self, setting: u8, goes_on: &(dyn Fn() -> bool + Sync)) -> Result<(f64, Tree)> {
         let most = 64 * u64::from(self.triangles) + 64;
-        let nodes: Vec<Node> = records(output, most)?;
-        let refs: Vec<u32> = records(output, most)?;
+        let (milliseconds, nodes, refs) = self.watched(goes_on, |input, output| {
+            input.write_all(&[setting])?;
+            input.flush()?;
+            let mut milliseconds = [0; 8];
+            output.read_exact(&mut milliseconds)?;
+            let nodes: Vec<Node> = records(output, most)?;
+            Ok((milliseconds, nodes, records::<u32>(output, most)?))
+        })?;
         let tree = canonical(&nodes, &refs, self.triangles).ok_or_else(|| Error::other("its answer is no tree"))?;
         Ok((f64::from_ne_bytes(milliseconds), tree))
     }
+
+    /// Speak with the worker, while another thread looks whether that still goes on. Killed, the worker closes its pipes, and nobody waits for it any longer.
+    fn watched<T>(
+        &mut self,
+        goes_on: &(dyn Fn() -> bool + Sync),
+        speak: impl FnOnce(&mut ChildStdin, &mut ChildStdout) -> Result<T>,
+    ) -> Result<T> {
+        let Pipe { child, input, output, .. } = self;
+        let input = input.as_mut().ok_or_else(closed)?;
+        let done = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let watcher = scope.spawn(|| {
+                while !done.load(Ordering::Acquire) {
+                    if !goes_on() {
+                        _ = child.kill();
+                        return;
+                    }
+                    std::thread::park_timeout(WATCHED);
+                }
+            });
+            let said = speak(input, output);
+            done.store(true, Ordering::Release);
+            watcher.thread().unpark();
+            said
+        })
+    }
 }
+
+/// How often it is asked whether a worker may go on.
+const WATCHED: Duration = Duration::from_millis(20);
 
 fn closed() -> Error {
     Error::other("its pipe is closed")
@@ -101,9 +139,10 @@ fn records<T: bytemuck::Pod>(from: &mut impl Read, most: u64) -> Result<Vec<T>> 
 }
 
 impl Drop for Pipe {
-    /// Closing its input ends the worker.
+    /// A worker keeps nothing, so nobody waits until it ends by itself.
     fn drop(&mut self) {
-        drop(self.child.stdin.take());
+        drop(self.input.take());
+        _ = self.child.kill();
         _ = self.child.wait();
     }
 }
@@ -164,6 +203,20 @@ mod tests {
         let mesh = Mesh::new("", vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
         assert!(Worker::of("nobody", Path::new("x"), &[]).is_none());
         let worker = Worker::of("bvh", Path::new("/nowhere/worker"), &[]).unwrap();
-        assert!(Pipe::open(&worker, 1, &mesh).is_err());
+        assert_eq!(Worker::of("BVH", Path::new("/nowhere/worker"), &[]).as_ref(), Some(&worker));
+        assert!(Pipe::open(&worker, 1, &mesh, &|| true).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_worker_that_never_answers_is_killed() {
+        let mesh = Mesh::new("", vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+        let worker = Worker::of("bvh", Path::new("sleep"), &["3600"]).unwrap();
+        let mut pipe = Pipe::open(&worker, 1, &mesh, &|| true).unwrap();
+        let asked = std::sync::atomic::AtomicU32::new(0);
+        let goes_on = || asked.fetch_add(1, Ordering::SeqCst) < 3;
+        // It would take an hour.
+        assert!(pipe.build(0, &goes_on).is_err());
+        assert_eq!(asked.into_inner(), 4);
     }
 }

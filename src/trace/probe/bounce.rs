@@ -57,9 +57,9 @@ pub(super) fn strike(world: &World<'_>, ray: &Ray) -> Option<Struck> {
     (length > 0.0).then(|| Struck { t: hit.t, point, normal: n.map(|v| v / facing), hit: Some(id) })
 }
 
-/// About `count` rays (the next lower square from each camera).
+/// About `count` rays (the next lower square from each camera, and at least one unless there are to be none).
 pub(super) fn camera_rays(cameras: &[Camera], count: usize) -> Vec<Ray> {
-    let side = ((count / cameras.len().max(1)) as f64).sqrt() as usize;
+    let side = (((count / cameras.len().max(1)) as f64).sqrt() as usize).max(usize::from(count > 0));
     cameras.iter().flat_map(|c| camera(c.eye, c.look_at, c.up, c.tan_half, side, side)).collect()
 }
 

@@ -59,7 +59,7 @@ impl RayCost {
 }
 
 impl ProbeRays {
-    /// About `count` rays a set (the next lower square). The tree of `view` decides nothing but how long it takes to find what the camera sees. Where it sees
+    /// About `count` rays a set (the next lower square, and at least one ray unless there are to be none). The tree of `view` decides nothing but how long it takes to find what the camera sees. Where it sees
     /// nothing the other sets are empty.
     pub fn new(view: &View<'_>, from: &Camera, count: usize) -> ProbeRays {
         ProbeRays::around(view, std::slice::from_ref(from), count)
@@ -67,10 +67,21 @@ impl ProbeRays {
 
     /// [`ProbeRays::new`] from several cameras, which share the rays.
     pub fn around(view: &View<'_>, cameras: &[Camera], count: usize) -> ProbeRays {
+        ProbeRays::around_while(view, cameras, count, &|| true)
+    }
+
+    /// [`ProbeRays::around`] for as long as that goes on: what the cameras see in the rest of their rays is left out then.
+    pub(crate) fn around_while(
+        view: &View<'_>,
+        cameras: &[Camera],
+        count: usize,
+        goes_on: &dyn Fn() -> bool,
+    ) -> ProbeRays {
         let primary = camera_rays(cameras, count);
         let world = World::new(view);
         let diagonal = world.diagonal();
-        let seen: Vec<Struck> = primary.iter().filter_map(|ray| strike(&world, ray)).collect();
+        let looked = primary.iter().take_while(|_| goes_on());
+        let seen: Vec<Struck> = looked.filter_map(|ray| strike(&world, ray)).collect();
         let mut random = Random::new(7);
         let diffuse = bounces(&seen, primary.len(), diagonal, &mut random);
         let occlusion = bounces(&seen, primary.len(), diagonal, &mut random);

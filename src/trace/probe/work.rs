@@ -42,6 +42,17 @@ impl Observer for RayWork {
 impl ProbeRays {
     /// What each ray of a set does in a tree, in the order of the rays. A ray whose walk finds the tree malformed counts as far as it came.
     pub fn works(&self, set: usize, view: &View<'_>, exec: &Executor) -> Vec<RayWork> {
+        self.works_while(set, view, exec, &|| true)
+    }
+
+    /// [`ProbeRays::works`] for as long as that goes on; some rays are left out then.
+    pub(crate) fn works_while(
+        &self,
+        set: usize,
+        view: &View<'_>,
+        exec: &Executor,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Vec<RayWork> {
         let parts = exec.map_chunks(&self.sets[set], CHUNK, |_, chunk| {
             let one = |ray| {
                 let mut work = RayWork::default();
@@ -51,7 +62,7 @@ impl ProbeRays {
                 }
                 work
             };
-            chunk.iter().map(one).collect::<Vec<RayWork>>()
+            if goes_on() { chunk.iter().map(one).collect::<Vec<RayWork>>() } else { Vec::new() }
         });
         parts.concat()
     }

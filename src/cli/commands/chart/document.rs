@@ -2,7 +2,7 @@
 
 use super::measure::{Arithmetic, Charted, Missing};
 use super::sections::arithmetic_name;
-use super::{ChartArgs, command};
+use super::{ChartArgs, command, preset};
 use crate::cli::Context;
 use crate::cli::drawing::FIGURES;
 use crate::cli::exit::Exit;
@@ -53,6 +53,8 @@ struct ModelDocument<'a> {
     arithmetic_left_out: Option<&'static str>,
     /// The forms of one of the trees; `null` where there was no time.
     forms: Option<FormsDocument<'a>>,
+    /// Which preset suits, by its flag; `null` where too little is known.
+    advice: Option<&'a str>,
 }
 
 #[derive(Serialize)]
@@ -106,6 +108,7 @@ impl<'a> Document<'a> {
                         arithmetic: model.arithmetic.as_ref().ok().map(shown),
                         arithmetic_left_out: model.arithmetic.as_ref().err().map(|missing| missing.name()),
                         forms: model.forms.as_ref().map(|(tree, rows)| FormsDocument { tree, rows }),
+                        advice: preset::advice(model, args.rays).map(|advice| advice.preset.flags.as_str()),
                     });
                 }
             }

@@ -8,14 +8,16 @@ use crate::cli::caches;
 use crate::cli::commands::frames::{self, Ear};
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::interrupt;
 use crate::cli::names;
 use crate::cli::progress::Bar;
 use crate::report::frames::{Measure as FrameMeasure, SequenceReport};
-use crate::report::tradeoff::{Contest, Effort, FormRow, Reason, Recipe, TradeOff, Watch, forms};
+use crate::report::tradeoff::{Contest, Effort, FormRow, LeftOut, Origin, Reason, Recipe, TradeOff, Watch, forms};
 use crate::scene::{self, ReadOptions, Scene};
 use crate::verify::accuracy::{AccuracyError, Measure, Report, measure as measure_accuracy};
 use crate::verify::{Subject, scene_of_file};
 use std::path::{Path, PathBuf};
+use std::sync::RwLockReadGuard;
 use std::time::Instant;
 
 /// What was measured of one input.
@@ -67,18 +69,36 @@ impl Charted {
             Charted::Sequence(sequence) => &sequence.path,
         }
     }
+
+    /// Whether a builder of someone else's failed.
+    pub fn misses_a_peer(&self) -> bool {
+        let Charted::Model(model) = self else { return false };
+        let failed = |left: &LeftOut| left.origin == Origin::Peer && matches!(left.reason, Reason::Failed(_));
+        model.recipes.left_out.iter().any(failed)
+    }
+}
+
+/// Permission to publish, once there is something to publish: until then a signal ends the process at once.
+pub type Held = Option<RwLockReadGuard<'static, ()>>;
+
+fn hold(publishing: &mut Held) -> Result<(), Failure> {
+    if publishing.is_none() {
+        *publishing = Some(interrupt::publish()?);
+    }
+    Ok(())
 }
 
 pub fn measure(
     path: &Path,
     recipes: &[Recipe],
     until: Instant,
+    publishing: &mut Held,
     args: &ChartArgs,
     context: &Context,
 ) -> Result<Charted, Failure> {
     let bar = Bar::new(&context.terminal, &names::path(path));
     if caches::is_sequence(path, context) {
-        return sequence(path, args, &bar, context);
+        return sequence(path, publishing, args, &bar, context);
     }
     if caches::head(path, context).is_ok() {
         return Err(Failure::new(Exit::Usage, format!("cannot chart {}", names::path(path)))
@@ -88,15 +108,22 @@ pub fn measure(
                 names::path(path)
             )));
     }
-    model(path, recipes, until, args, &bar, context)
+    model(path, recipes, until, publishing, args, &bar, context)
 }
 
 /// How often a frame is opened for its time.
 const OPENED: u32 = 3;
 
-fn sequence(path: &Path, args: &ChartArgs, bar: &Bar, context: &Context) -> Result<Charted, Failure> {
+fn sequence(
+    path: &Path,
+    publishing: &mut Held,
+    args: &ChartArgs,
+    bar: &Bar,
+    context: &Context,
+) -> Result<Charted, Failure> {
     cache::sound_sequence(path, &caches::options(context), &context.exec).map_err(|e| caches::failure(&e))?;
     let sequence = caches::open_sequence(path, context)?;
+    hold(publishing)?;
     let frames = sequence.frame_count() as u64;
     bar.phase("measuring frames of", frames);
     let measure = FrameMeasure { rays: args.rays as usize, fresh: false };
@@ -119,6 +146,7 @@ fn model(
     path: &Path,
     recipes: &[Recipe],
     until: Instant,
+    publishing: &mut Held,
     args: &ChartArgs,
     bar: &Bar,
     context: &Context,
@@ -135,6 +163,7 @@ fn model(
     for recipe in recipes {
         caches::fits(path, &scene, &recipe.options, context)?;
     }
+    hold(publishing)?;
     let effort = Effort { rays: args.rays as usize, rounds: args.rounds(), until };
     let mut contest = Contest::new(&scene, recipes, effort, &context.exec, bar);
     contest.first_round(&advice::flags).map_err(|e| caches::failure(&e))?;
@@ -172,7 +201,8 @@ fn shapes(
     bar.phase("tracing forms of trees of", 1);
     let rows = forms(image, args.rays as usize, TIMED_ROUNDS.min(args.rounds()), goes_on);
     let failed = |e: crate::trace::Malformed| Failure::new(Exit::Internal, "cannot trace a tree").fact(e.to_string());
-    Ok(Some((tree.to_string(), rows.map_err(failed)?)))
+    let rows = rows.map_err(failed)?;
+    Ok((!rows.is_empty()).then(|| (tree.to_string(), rows)))
 }
 
 impl Watch for Bar {
@@ -199,7 +229,7 @@ fn accuracy(
     bar: &Bar,
     context: &Context,
 ) -> Result<Result<Arithmetic, Missing>, Failure> {
-    let Some((tree, image)) = contest.kept().filter(|_| args.accuracy_rays > 0) else {
+    let Some((tree, image)) = contest.kept().filter(|_| args.accuracy_rays() > 0) else {
         return Ok(Err(Missing::NotAsked));
     };
     let internal = |text: String| Failure::new(Exit::Internal, "cannot judge arithmetics").fact(text);
@@ -207,7 +237,7 @@ fn accuracy(
     // The triangles in the coordinates of the trees; what reading lost is the same for all arithmetics.
     let held = scene_of_file(&view, cache::Names::new(&[])).map_err(|e| internal(e.to_string()))?;
     let subject = Subject::new(view, &held, &context.exec);
-    let rays = args.accuracy_rays;
+    let rays = args.accuracy_rays();
     let how = Measure {
         rays,
         timed: TIMED.min(rays),

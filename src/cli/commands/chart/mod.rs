@@ -1,14 +1,16 @@
 //! `bvhc chart`: what each recipe takes to build against what rays cost then, and other pictures of speed against accuracy, on one page.
 //!
 //! `recipes` lists what is tried, `measure` measures a model or the frames of a sequence, `sections` makes pictures and tables of that, `document` says it
-//! as JSON and as comma-separated values. `forms` and `prediction` are pictures of their own. `stability` judges scenes that builders fail on instead.
+//! as JSON and as comma-separated values. `applies` refuses flags that are about something else, and `preset` says which preset suits. `forms` and `prediction` are pictures of their own. `stability` judges scenes that builders fail on instead.
 //! `output` writes what either made.
 
+mod applies;
 mod document;
 mod forms;
 mod measure;
 mod output;
 mod prediction;
+mod preset;
 mod recipes;
 mod sections;
 mod stability;
@@ -45,11 +47,11 @@ pub struct ChartArgs {
     #[arg(required_unless_present = "stability", value_name = "MODEL")]
     models: Vec<PathBuf>,
     /// Judge every preset, method and pass on scenes that builders are known to fail on, and print what each comes to: all, or those of these numbers or names
-    #[arg(long, value_name = "SCENES", num_args = 0..=1, require_equals = true, default_missing_value = "", value_delimiter = ',', conflicts_with_all = ["models", "recipes"])]
+    #[arg(long, value_name = "SCENES", num_args = 0..=1, require_equals = true, default_missing_value = "", value_delimiter = ',', conflicts_with_all = ["models", "recipes", "accuracy_rays", "degenerate", "allow_outside", "scene", "clip", "time", "ignore_extensions"])]
     stability: Option<Vec<String>>,
-    /// Triangles of each scene of --stability, about, in a small and in a large form
-    #[arg(long, value_name = "SMALL,LARGE", value_parser = parse_sizes, default_value = "700,2100", requires = "stability")]
-    sizes: Sizes,
+    /// Triangles of each scene of --stability, about, in a small and in a large form [default: 700,2100]
+    #[arg(long, value_name = "SMALL,LARGE", value_parser = parse_sizes)]
+    sizes: Option<Sizes>,
     /// Page to write; it holds all that it shows, and asks no network
     #[arg(short, long, value_name = "PAGE.html")]
     output: Option<PathBuf>,
@@ -68,7 +70,7 @@ pub struct ChartArgs {
     /// Another recipe, by the flags of `bvhc build`, with or without a name before it; may be given again
     #[arg(long = "recipe", value_name = "[NAME=]FLAGS", value_parser = recipes::parse, allow_hyphen_values = true)]
     recipes: Vec<Given>,
-    /// A builder of someone else's beside ours, embree, obvhs or bvh, by the program that benches/ has for it and what that is started with; may be given again
+    /// A builder of someone else's beside ours, embree, obvhs, bvh or tinybvh, by the program that benches/ has for it and what that is started with; may be given again
     #[arg(long = "peer", value_name = "NAME=PROGRAM", value_parser = recipes::peer, conflicts_with = "stability")]
     peers: Vec<Worker>,
     /// When to stop, all models together; the quickest recipe of each is built in any case [default: 60s, with --stability 15m]
@@ -80,9 +82,9 @@ pub struct ChartArgs {
     /// Rays in each of three sets by which the cost of a ray is counted, from four cameras around the scene or each frame
     #[arg(long, value_name = "N", value_parser = some_rays, default_value = "4096")]
     rays: u32,
-    /// Rays that judge other arithmetics; 0 leaves that picture out
-    #[arg(long, value_name = "N", value_parser = figures::parse_count, default_value = "20k")]
-    accuracy_rays: u64,
+    /// Rays that judge other arithmetics; 0 leaves that picture out [default: 20k]
+    #[arg(long, value_name = "N", value_parser = figures::parse_count)]
+    accuracy_rays: Option<u64>,
 
     #[command(flatten)]
     reading: ModelReading,
@@ -121,6 +123,8 @@ fn parse_sizes(text: &str) -> Result<Sizes, String> {
 const MOST_TRIANGLES: usize = 1_000_000;
 const BUDGET: Duration = Duration::from_secs(60);
 const BUDGET_OF_STABILITY: Duration = Duration::from_secs(900);
+const SIZES: [usize; 2] = [700, 2100];
+const ACCURACY_RAYS: u64 = 20_000;
 const ROUNDS: u32 = 9;
 const ROUNDS_OF_STABILITY: u32 = 3;
 
@@ -129,12 +133,21 @@ impl ChartArgs {
         self.budget.unwrap_or(if self.stability.is_some() { BUDGET_OF_STABILITY } else { BUDGET })
     }
 
+    fn sizes(&self) -> [usize; 2] {
+        self.sizes.map_or(SIZES, |sizes| sizes.0)
+    }
+
+    fn accuracy_rays(&self) -> u64 {
+        self.accuracy_rays.unwrap_or(ACCURACY_RAYS)
+    }
+
     fn rounds(&self) -> u32 {
         self.rounds.unwrap_or(if self.stability.is_some() { ROUNDS_OF_STABILITY } else { ROUNDS })
     }
 }
 
 pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
+    applies::flags(args)?;
     if let Some(asked) = &args.stability {
         return stability::run(asked, args, context);
     }
@@ -143,11 +156,12 @@ pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
         models: patterns::expand(&args.models, patterns::MODELS, "chart", &context.terminal)?,
         ..args.clone()
     };
+    applies::inputs(args, context)?;
     output::may_write(args)?;
 
-    // From here on a signal waits until what is measured is written. The mutex is held to the end, also while the document is printed.
+    // Once there is something to measure a signal waits until that is written. The permission is held to the end, also while the document is printed.
     let deadline = Instant::now() + args.budget();
-    let publishing = interrupt::publish()?;
+    let mut publishing = None;
     let (mut charted, mut exits) = (Vec::new(), Vec::new());
     for (number, path) in args.models.iter().enumerate() {
         if is_interrupted() {
@@ -156,7 +170,7 @@ pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
         // What a model leaves of its share, the others have.
         let left = deadline.saturating_duration_since(Instant::now());
         let until = Instant::now() + left / (args.models.len() - number) as u32;
-        match measure::measure(path, &recipes, until, args, context) {
+        match measure::measure(path, &recipes, until, &mut publishing, args, context) {
             Ok(one) => {
                 exits.push(Exit::Success);
                 charted.push(one);
@@ -169,6 +183,9 @@ pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
             }
         }
     }
+    if publishing.is_none() {
+        publishing = Some(interrupt::publish()?);
+    }
     let interrupted = is_interrupted();
     if charted.is_empty() {
         return if interrupted { Err(Failure::interrupted()) } else { Ok(Exit::combine(exits)) };
@@ -176,7 +193,13 @@ pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
     for missing in charted.iter().filter_map(sections::left_out) {
         context.terminal.warn(&missing);
     }
-    let exit = if interrupted { Exit::Interrupted } else { Exit::combine(exits) };
+    let few: Vec<String> = charted.iter().filter_map(|one| sections::few_rays(one, args)).collect();
+    few.iter().for_each(|few| context.terminal.warn(few));
+    let mut exit = if interrupted { Exit::Interrupted } else { Exit::combine(exits) };
+    // What others' builders would have shown is missing; what ours show is there.
+    if exit == Exit::Success && charted.iter().any(Charted::misses_a_peer) {
+        exit = Exit::Io;
+    }
     let sections = pictures(&charted, args, context);
     let (lead, warnings) = told(args, &charted, exit, context);
     let made = Made {
@@ -186,6 +209,7 @@ pub fn run(args: &ChartArgs, context: &Context) -> Result<Exit, Failure> {
         printed: sections.clone(),
         sections,
         csv: document::csv(&charted),
+        advice: charted.iter().filter_map(|one| sections::advice(one, args)).collect(),
     };
     output::write(args, &made, context, |outputs| Document::new(args, &charted, outputs, exit, context))?;
     drop(publishing);
@@ -232,6 +256,7 @@ fn told(args: &ChartArgs, charted: &[Charted], exit: Exit, context: &Context) ->
         warnings.push(format!("Not measured: {}.", missing.join(", ")));
     }
     warnings.extend(charted.iter().filter_map(sections::left_out));
+    warnings.extend(charted.iter().filter_map(|one| Some(format!("{}.", sections::few_rays(one, args)?))));
     (lead, warnings)
 }
 
@@ -264,7 +289,7 @@ fn typed(args: &ChartArgs, paths: &[&Path]) -> String {
     words.extend(["--budget".to_string(), format!("{}s", args.budget().as_secs_f64())]);
     words.extend(["--rounds".to_string(), args.rounds().to_string()]);
     words.extend(["--rays".to_string(), args.rays.to_string()]);
-    words.extend(["--accuracy-rays".to_string(), args.accuracy_rays.to_string()]);
+    words.extend(["--accuracy-rays".to_string(), args.accuracy_rays().to_string()]);
     words.extend(args.reading.typed().iter().map(|word| quoted(word)));
     words.join(" ")
 }
@@ -272,7 +297,7 @@ fn typed(args: &ChartArgs, paths: &[&Path]) -> String {
 /// What to type for the stability table, apart from its outputs.
 fn stability_command(args: &ChartArgs) -> String {
     let asked = args.stability.iter().flatten().filter(|name| !name.is_empty()).cloned().collect::<Vec<_>>().join(",");
-    let [small, large] = args.sizes.0;
+    let [small, large] = args.sizes();
     let which = if asked.is_empty() { String::new() } else { format!("={}", quoted(&asked)) };
     let output = args.output.as_ref().map_or("stability.html".into(), |output| quoted(&output.to_string_lossy()));
     format!(

@@ -25,6 +25,8 @@ pub struct Made {
     /// Those whose tables are printed.
     pub printed: Vec<Section>,
     pub csv: String,
+    /// The last lines of what is printed as text.
+    pub advice: Vec<String>,
 }
 
 /// Refuse outputs that could not be written or should not be, before anything is measured.
@@ -78,8 +80,7 @@ pub fn write<D: Serialize>(
         written.push((path, path.metadata().map_or(0, |m| m.len())));
     }
     if let Some(path) = &args.png {
-        let canvas = together(made).canvas().map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
-        written.push((path, drawing::pixels(path, &canvas)?));
+        written.push((path, drawing::pixels(path, together(made))?));
     }
     if let Some(path) = &args.csv {
         drawing::put(path, "the figures", made.csv.as_bytes())?;
@@ -105,6 +106,9 @@ pub fn write<D: Serialize>(
     }
     for (path, length) in written {
         terminal.print(&format!("{}  {}\n", names::path(path), bytes(length)))?;
+    }
+    for line in &made.advice {
+        terminal.print(&format!("{line}\n"))?;
     }
     Ok(())
 }

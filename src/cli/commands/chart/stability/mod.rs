@@ -81,6 +81,7 @@ pub fn run(asked: &[String], args: &ChartArgs, context: &Context) -> Result<Exit
         sections: sections.all(),
         printed: sections.printed(),
         csv: document::csv(&judged),
+        advice: Vec::new(),
     };
     output::write(args, &made, context, |outputs| document::Document::new(&judged, &broken, outputs, exit))?;
     if !context.terminal.json && !args.markdown {
@@ -93,12 +94,15 @@ pub fn run(asked: &[String], args: &ChartArgs, context: &Context) -> Result<Exit
 /// The scenes of these names; all where none is named.
 fn chosen(names: &[String]) -> Result<Asked, Failure> {
     let names: Vec<&str> = names.iter().map(|name| name.trim()).filter(|name| !name.is_empty()).collect();
-    let is_asked = |id: &str, name: &str| names.is_empty() || names.iter().any(|n| *n == id || *n == name);
+    let is_asked = |id: &str, name: &str| {
+        names.is_empty() || names.iter().any(|n| n.eq_ignore_ascii_case(id) || n.eq_ignore_ascii_case(name))
+    };
     let known = |n: &&&str| {
-        SPLITS == **n
-            || FAILURES.iter().any(|s| [s.id, s.name].contains(*n))
-            || MOTIONS.iter().any(|m| [m.id, m.name].contains(*n))
-            || REFUSED.iter().any(|r| [r.id, r.name].contains(*n))
+        let is = |own: &str| n.eq_ignore_ascii_case(own);
+        is(SPLITS)
+            || FAILURES.iter().any(|s| is(s.id) || is(s.name))
+            || MOTIONS.iter().any(|m| is(m.id) || is(m.name))
+            || REFUSED.iter().any(|r| is(r.id) || is(r.name))
     };
     if let Some(unknown) = names.iter().find(|n| !known(n)) {
         let all = FAILURES.iter().map(|s| s.name).chain(MOTIONS.iter().map(|m| m.name));
@@ -116,7 +120,7 @@ fn chosen(names: &[String]) -> Result<Asked, Failure> {
 }
 
 fn judge(asked: &Asked, deadline: Instant, args: &ChartArgs, context: &Context) -> Result<Judged, Failure> {
-    let (sizes, rays) = (args.sizes.0, args.rays as usize);
+    let (sizes, rays) = (args.sizes(), args.rays as usize);
     let effort = Effort { sizes, rays, judged_rays: rays.div_ceil(JUDGED), rounds: args.rounds() };
     let bar = Bar::new(&context.terminal, "stability");
     let goes_on = || !bar.is_cancelled() && Instant::now() < deadline;
