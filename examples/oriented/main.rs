@@ -13,19 +13,16 @@
 
 mod growth;
 mod kinds;
-mod orient;
 mod saving;
-mod turned;
 
 use bvhc::build::{BuildOptions, Executor, HullBasis, Levels, Method, NoProgress, Preset};
 use bvhc::compile::{build_tree, lay_out};
 use bvhc::geom::Aabb;
-use bvhc::oriented::{Basis, Dop14, OrientedBox};
+use bvhc::oriented::{Basis, Dop14, OrientedBox, discrete};
 use bvhc::scene::{self, Mesh};
 use bvhc::stability::{Effort, Failure, Judge, recipes};
 use growth::growth;
 use kinds::bounded;
-use orient::discrete;
 use saving::saving;
 use std::error::Error;
 

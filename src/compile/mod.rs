@@ -1,11 +1,13 @@
 //! A whole scene: decide between one level and two, build every tree, and hand over what a cache file stores.
 
 mod bake;
+mod orient;
 mod place;
 mod plan;
 mod told_apart;
 mod tree;
 
+pub use self::orient::{ORIENT_REVISION, Oriented, orient_image, segments};
 pub(crate) use self::tree::decide_sound;
 pub use self::tree::{build_tree, decide_tree};
 

@@ -5,9 +5,9 @@
 
 use super::{alone, named};
 use crate::growth::{Growth, growth};
-use crate::orient::discrete;
 use crate::saving::saving;
 use bvhc::build::{Executor, HullBasis};
+use bvhc::oriented::discrete;
 
 /// Boxes along leaves and fitted ones, on a scene of about so many triangles.
 fn both(id: &str, count: usize) -> [Growth; 2] {

@@ -1,7 +1,8 @@
 //! Which subtrees of a finished tree are worth a basis of their own, by counted rays.
 
-use crate::turned::{Segment, Turned};
-use bvhc::oriented::{Basis, Extremes, OrientedBox, ditetrahedron, hull_facets, least};
+use super::turned::{Segment, Turned};
+use super::{Basis, Extremes, OrientedBox, ditetrahedron, hull_facets, least};
+use crate::layout::NEST;
 
 /// Subtrees of fewer triangles stay as they are, and those that fewer rays come to.
 const FEWEST_TRIANGLES: usize = 8;
@@ -10,6 +11,7 @@ const FEWEST_RAYS: usize = 128;
 const GAIN: f64 = 0.05;
 
 /// Where bases come from.
+#[derive(Clone, Debug)]
 pub enum Choice {
     /// Any rotation: DiTO-14 and the hull's facets.
     Free,
@@ -40,39 +42,45 @@ pub fn discrete() -> Vec<Basis> {
 /// Turn what pays, from the root down; returns how many subtrees have a basis that the node above has not.
 pub fn orient(turned: &mut Turned, rays: &[Segment], choice: &Choice) -> usize {
     let all: Vec<u32> = (0..rays.len() as u32).collect();
-    below(turned, 0, Basis::AXES, &all, rays, choice)
+    Chooser { rays, choice }.below(turned, 0, (Basis::AXES, 0), &all)
 }
 
-fn below(turned: &mut Turned, node: usize, above: Basis, come: &[u32], rays: &[Segment], choice: &Choice) -> usize {
-    let Some(children) = turned.children(node) else { return 0 };
-    let points = turned.points(node);
-    if points.len() < 3 * FEWEST_TRIANGLES || come.len() < FEWEST_RAYS {
-        return 0;
-    }
-    // All that is below lies along what is above.
-    let costs = |turned: &Turned| {
-        [0, 1].map(|half| {
-            let rays = come.iter().skip(half).step_by(2).map(|ray| &rays[*ray as usize]);
-            turned.work(node, &above, rays).cost()
-        })
-    };
-    let plain = costs(turned);
-    let (mut best, mut least_cost) = (above, f64::INFINITY);
-    for basis in candidates(&points, choice).into_iter().filter(|basis| *basis != above) {
-        turned.turn(node, basis);
-        let found = costs(turned);
-        let pays = (0..2).all(|half| found[half] < plain[half] * (1.0 - GAIN));
-        if pays && found[0] + found[1] < least_cost {
-            (best, least_cost) = (basis, found[0] + found[1]);
+struct Chooser<'a> {
+    rays: &'a [Segment],
+    choice: &'a Choice,
+}
+
+impl Chooser<'_> {
+    /// `above` is the basis above the node, and how many turns lie in one another there.
+    fn below(&self, turned: &mut Turned, node: usize, (above, nest): (Basis, usize), come: &[u32]) -> usize {
+        let Some(children) = turned.children(node) else { return 0 };
+        let points = turned.points(node);
+        if points.len() < 3 * FEWEST_TRIANGLES || come.len() < FEWEST_RAYS || nest == NEST {
+            return 0;
         }
+        // All that is below lies along what is above.
+        let costs = |turned: &Turned| {
+            [0, 1].map(|half| {
+                let rays = come.iter().skip(half).step_by(2).map(|ray| &self.rays[*ray as usize]);
+                turned.work(node, &above, rays).cost()
+            })
+        };
+        let plain = costs(turned);
+        let (mut best, mut least_cost) = (above, f64::INFINITY);
+        for basis in candidates(&points, self.choice).into_iter().filter(|basis| *basis != above) {
+            turned.turn(node, basis);
+            let found = costs(turned);
+            let pays = (0..2).all(|half| found[half] < plain[half] * (1.0 - GAIN));
+            if pays && found[0] + found[1] < least_cost {
+                (best, least_cost) = (basis, found[0] + found[1]);
+            }
+        }
+        turned.turn(node, best);
+        let parts = turned.divided(node, come, self.rays);
+        let changed = usize::from(best != above);
+        let below = children.into_iter().zip(parts);
+        changed + below.map(|(child, part)| self.below(turned, child, (best, nest + changed), &part)).sum::<usize>()
     }
-    turned.turn(node, best);
-    let parts = turned.divided(node, come, rays);
-    let mut changes = usize::from(best != above);
-    for (child, part) in children.into_iter().zip(parts) {
-        changes += below(turned, child, best, &part, rays, choice);
-    }
-    changes
 }
 
 /// The axes, and what suits the points.
