@@ -7,7 +7,8 @@ mod plan;
 mod told_apart;
 mod tree;
 
-pub use self::orient::{ORIENT_REVISION, Oriented, orient_image, segments};
+pub(crate) use self::orient::orient_option;
+pub use self::orient::{Oriented, orient_image, segments};
 pub(crate) use self::tree::decide_sound;
 pub use self::tree::{build_tree, decide_tree};
 

@@ -8,7 +8,12 @@ use crate::trace::probe::{Camera, ProbeRays, SETS};
 use crate::trace::{Turns, closest_hit};
 
 /// Raised when the pass turns other subtrees of an equal tree, and only then. Build keys have it.
-pub const ORIENT_REVISION: u32 = 1;
+const REVISION: u32 = 1;
+
+/// What META and the build key say of a file that was built with the pass.
+pub(crate) fn orient_option() -> (String, String) {
+    ("orient".into(), REVISION.to_string())
+}
 
 /// Rays in a set, of those that choose and of those that judge.
 const RAYS: usize = 1300;
@@ -26,20 +31,32 @@ pub struct Oriented {
     pub cost: f64,
 }
 
+impl std::fmt::Display for Oriented {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.turns {
+            0 => f.write_str("no subtree is turned: along other axes boxes would not pay"),
+            1 => write!(f, "1 subtree is turned: rays pay {:.2} of what they pay along the axes", self.cost),
+            n => write!(f, "{n} subtrees are turned: rays pay {:.2} of what they pay along the axes", self.cost),
+        }
+    }
+}
+
 /// Turn subtrees of an image's one tree where it pays.
 ///
 /// Rays of two cameras choose, from the root down: a subtree is turned where each half of those that come to it pays at least 5 % less below. Rays of two
 /// others judge: all is left as it is where they save less than 2 % in the whole tree. Everything else in the image stays what it is.
 ///
 /// # Errors
-/// Where the image has instances: their trees are shared, and each place is seen by other rays.
+/// Where the image has instances: their trees are shared, and each place is seen by other rays. Where it has compact trees, which rays would
+/// be traced in.
 pub fn orient_image(image: &mut Image, exec: &Executor) -> Result<Oriented, CacheError> {
     let nothing = Oriented { turns: 0, cost: 1.0 };
+    let refuse = |detail: &str| Err(CacheError::Unwritable { name: "the image".into(), detail: detail.into() });
     if !image.instances.is_empty() {
-        return Err(CacheError::Unwritable {
-            name: "the image".into(),
-            detail: "subtrees are turned in a file of one level, and this one has instances".into(),
-        });
+        return refuse("subtrees are turned in a file of one level, and this one has instances");
+    }
+    if image.compact.is_some() {
+        return refuse("rays would be traced in its compact trees, so turned subtrees would never be entered");
     }
     image.turns = None;
     let view = image.view();
