@@ -11,7 +11,7 @@
 
 mod turned;
 
-pub use turned::turned_nodes;
+pub use turned::{Held, turned_nodes};
 
 use crate::exec::Executor;
 use crate::geom::Point;

@@ -28,7 +28,7 @@ use crate::exec::Executor;
 use crate::geom::vector::dot;
 use crate::geom::{Aabb, Ray, round_up};
 use crate::layout::{BlasView, MAX_DEPTH, NEST, Node, TriangleRecord, TurnRecord, View, marks_of};
-use crate::refit::turned_nodes;
+use crate::refit::{Held, turned_nodes};
 
 /// 2¹²⁰.
 const LARGEST: f32 = f32::from_bits((127 + 120) << 23);
@@ -73,7 +73,7 @@ impl Turns {
                 }
             }
         }
-        let (nodes, marks) = (turned_nodes(tree, &rows, exec)?, marks_of(&rows, tree.nodes.len()));
+        let (nodes, marks) = (turned_nodes(tree, &rows, Held::Part, exec)?, marks_of(&rows, tree.nodes.len()));
         Some(Turns { rows, nodes, marks })
     }
 

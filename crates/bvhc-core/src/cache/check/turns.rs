@@ -7,7 +7,7 @@ use crate::cache::rules;
 use crate::exec::Executor;
 use crate::geom::vector::dot;
 use crate::layout::{NEST, Node, SectionKind, TurnRecord, View};
-use crate::refit::turned_nodes;
+use crate::refit::{Held, turned_nodes};
 
 /// How far products of axes may be from those of exact ones.
 const RIGHT: f64 = 1.0 / (1u64 << 20) as f64;
@@ -57,19 +57,23 @@ pub fn check(view: &View<'_>, records: &TurnRecords<'_>, limits: &Limits, exec: 
     if !out.is_valid() {
         return out;
     }
-    let Some(least) = turned_nodes(&tree, rows, exec).filter(|least| least.len() == nodes.len()) else {
+    let fitted = |held| turned_nodes(&tree, rows, held, exec).filter(|fitted| fitted.len() == nodes.len());
+    let (Some(least), Some(most)) = (fitted(Held::Part), fitted(Held::Whole)) else {
         // Rows and tree were checked, so this is not reached.
         return out;
     };
-    for (i, (node, least)) in nodes.iter().zip(&least).enumerate() {
-        let place = Place::record(SectionKind::ONOD, i as u64);
+    for (i, node) in nodes.iter().enumerate() {
+        let (place, least, most) = (Place::record(SectionKind::ONOD, i as u64), &least[i], &most[i]);
+        let bounds = node.bounds();
         if (node.first, node.count) != (least.first, least.count) {
             out.add(&rules::E0437, place, || {
                 let links = |node: &Node| format!("first {} and count {}", node.first, node.count);
                 (links(least), links(node))
             });
-        } else if !node.bounds().contains(&least.bounds()) {
-            out.add(&rules::E0438, place, || (show(&least.bounds()), show(&node.bounds())));
+        } else if !bounds.contains(&least.bounds()) {
+            out.add(&rules::E0438, place, || (show(&least.bounds()), show(&bounds)));
+        } else if !most.bounds().contains(&bounds) {
+            out.add(&rules::E0439, place, || (show(&most.bounds()), show(&bounds)));
         }
     }
     out

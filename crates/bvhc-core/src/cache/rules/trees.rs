@@ -133,6 +133,9 @@ rules! {
         "the box must hold {expected}, it is {actual}", "58-turned-subtrees",
         means "Rays that miss the box would not find what is in it: holes in the picture.",
         because "A writer that rounds inward, or that turns boxes and not the triangles in them.", remedy Rebuild;
+    E0439 "loose-turn-box", "a box of a turned subtree is larger than whole triangles need",
+        "the box may be {expected}, it is {actual}", "58-turned-subtrees",
+        means "Rays visit the node in vain, in the worst case every ray every node.", because FOREIGN_WRITER, remedy Rebuild;
     W0401 "negative-zero", "a position is minus zero",
         "a zero is written as {expected}, but {actual}", "52-tris-48-bytes",
         means "It traverses like plus zero, but equal scenes get different hashes.",
