@@ -8,8 +8,8 @@
 //! 2. The trees along the axes that come of it: 1.2 · inner nodes + triangle tests a ray, the mean of three sets of rays, over that of `sweep`.
 //! 3. The tree of `sweep` in bounds of several kinds: their surface over that of its boxes, and that times the operations of a test.
 //! 4. Trees of `best` whose subtrees lie along bases of their own where counted rays say that it pays: what other rays pay over what they pay
-//!    along the axes, with any rotation and with one of a small set; a ray that is turned pays for that. Models that are named are in this
-//!    table alone.
+//!    along the axes, with any rotation and with one of a small set; a ray that is turned pays for that. And what they pay in the file that `build
+//!    --orient` writes of it. Models that are named are in this table alone.
 
 mod growth;
 mod kinds;
@@ -76,7 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let set = discrete();
     println!(
-        "\n| scene | triangles | cost along axes | any rotation | changes | of {} rotations | changes | lost |\n|---|--:|--:|--:|--:|--:|--:|--:|",
+        "\n| scene | triangles | cost along axes | any rotation | changes | of {} rotations | changes | in the file | turns | lost |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|",
         set.len()
     );
     for failure in &scenes {
@@ -96,6 +96,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn print_turned(name: &str, mesh: &Mesh, set: &[Basis], exec: &Executor) -> Result<(), Box<dyn Error>> {
     let found = saving(mesh, set, exec)?;
     let [free, among] = found.turned.map(|turned| format!("{:.2} | {}", turned.over, turned.changes));
-    println!("| {name} | {} | {:.1} | {free} | {among} | {} |", mesh.triangles.len(), found.cost, found.lost);
+    let file = format!("{:.2} | {}", found.file.over, found.file.changes);
+    println!("| {name} | {} | {:.1} | {free} | {among} | {file} | {} |", mesh.triangles.len(), found.cost, found.lost);
     Ok(())
 }

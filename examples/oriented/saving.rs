@@ -1,12 +1,16 @@
 //! What rays save where subtrees of a finished tree lie along bases of their own.
 
 use bvhc::build::{BuildOptions, Executor, NoProgress, Preset};
-use bvhc::cache::Image;
-use bvhc::compile::{build_tree, segments};
-use bvhc::oriented::{Basis, Choice, Turned, orient};
+use bvhc::cache::{Cache, Image, Meta, OpenOptions, Validation, WriteOptions, to_bytes};
+use bvhc::compile::{build_tree, orient_image, segments};
+use bvhc::oriented::{Basis, Choice, NODE, TURN, Turned, orient};
 use bvhc::scene::Mesh;
-use bvhc::trace::probe::Camera;
+use bvhc::trace::probe::{Camera, ProbeRays, SETS};
+use bvhc::trace::{Observer, try_closest_hit};
 use std::error::Error;
+
+/// Rays in a set.
+const RAYS: usize = 1300;
 
 /// What turning does to the tree of `best`.
 pub struct Saving {
@@ -14,7 +18,9 @@ pub struct Saving {
     pub cost: f64,
     /// With any rotation, and with those of a set.
     pub turned: [Outcome; 2],
-    /// Hits that were not found, along the axes and turned.
+    /// In the file that `--orient` writes: what its rays pay, and its turned subtrees.
+    pub file: Outcome,
+    /// Hits that were not found, along the axes and turned; in the file, answers that differ from those along the axes.
     pub lost: u64,
 }
 
@@ -44,5 +50,40 @@ pub fn saving(mesh: &Mesh, set: &[Basis], exec: &Executor) -> Result<Saving, Box
         turned.turn(0, Basis::AXES);
         Outcome { over: work.cost() / along_axes.cost(), changes }
     });
-    Ok(Saving { cost: along_axes.cost() / judging.len() as f64, turned: outcomes, lost })
+    let (file, differ) = in_file(&image, &ProbeRays::around(&view, &[left, right], RAYS), exec)?;
+    lost += differ;
+    Ok(Saving { cost: along_axes.cost() / judging.len() as f64, turned: outcomes, file, lost })
+}
+
+/// What closest-hit rays pay in a file, in triangle tests.
+#[derive(Default)]
+struct Paid(f64);
+
+impl Observer for Paid {
+    fn inner_node(&mut self) {
+        self.0 += NODE;
+    }
+    fn triangle(&mut self) {
+        self.0 += 1.0;
+    }
+    fn turn(&mut self) {
+        self.0 += TURN;
+    }
+}
+
+/// Turn subtrees, write the file, open it again, and trace in it. And in how many answers it differs from the tree along the axes.
+fn in_file(image: &Image, rays: &ProbeRays, exec: &Executor) -> Result<(Outcome, u64), Box<dyn Error>> {
+    let mut image = image.clone();
+    orient_image(&mut image, exec)?;
+    let bytes = to_bytes(&image, &Meta::default(), &WriteOptions::default(), exec)?;
+    let cache = Cache::from_bytes(&bytes, &OpenOptions { validation: Validation::Tree, ..OpenOptions::default() })?;
+    let Some(turned) = cache.turned() else { return Ok((Outcome { over: 1.0, changes: 0 }, 0)) };
+    let (mut along_axes, mut paid, mut differ) = (Paid::default(), Paid::default(), 0);
+    for ray in (0..SETS.len()).flat_map(|set| rays.rays(set)) {
+        let want = try_closest_hit(&turned.view, ray, &mut along_axes)?;
+        let hit = turned.trace::<false, _>(ray, &mut paid)?;
+        let named = |hit: bvhc::Hit| (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.geom, hit.prim);
+        differ += u64::from(hit.map(named) != want.map(named));
+    }
+    Ok((Outcome { over: paid.0 / along_axes.0, changes: turned.rows.len() }, differ))
 }
