@@ -104,8 +104,8 @@ class File(Container, Frames, Trees):
         require(all(there) or not any(there), "one of OROW and ONOD is missing")
         if any(there):
             require(len(self.blas) == 1 and not self.two_level, "turned subtrees of no one tree")
-            nodes, tris = self.tree(self.blas[0])
-            bvhc_turned.check(*(self.rows(name) for name in TURNED), nodes, tris, require)
+            nodes = self.tree(self.blas[0])[0]
+            bvhc_turned.check(*(self.rows(name) for name in TURNED), nodes, self.tris, require)
 
     def check_names(self):
         self.names, self.materials = self.strings("NAMS"), self.strings("MATS")
