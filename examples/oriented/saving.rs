@@ -44,7 +44,7 @@ pub fn saving(mesh: &Mesh, set: &[Basis], exec: &Executor) -> Result<Saving, Box
     let along_axes = turned.work(0, &Basis::AXES, judging.iter());
     let mut lost = along_axes.lost;
     let outcomes = [Choice::Free, Choice::Among(set.to_vec())].map(|choice| {
-        let changes = orient(&mut turned, &forming, &choice);
+        let changes = orient(&mut turned, &forming, &choice, exec);
         let work = turned.work(0, &Basis::AXES, judging.iter());
         lost += work.lost;
         turned.turn(0, Basis::AXES);

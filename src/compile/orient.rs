@@ -69,7 +69,7 @@ pub fn orient_image(image: &mut Image, exec: &Executor) -> Result<Oriented, Cach
     let [forming, judging] = [[front, back], [left, right]].map(|cameras| segments(&view, &tree, &cameras, exec));
     let mut turned = Turned::new(tree);
     let plain = turned.work(0, &Basis::AXES, judging.iter()).cost();
-    if orient(&mut turned, &forming, &Choice::Free) == 0 {
+    if orient(&mut turned, &forming, &Choice::Free, exec) == 0 {
         return Ok(nothing);
     }
     let work = turned.work(0, &Basis::AXES, judging.iter());

@@ -1,12 +1,15 @@
 //! Which subtrees of a finished tree are worth a basis of their own, by counted rays.
 
-use super::turned::{Segment, Turned};
+use super::turned::{Segment, Turned, Work};
 use super::{Basis, Extremes, OrientedBox, ditetrahedron, hull_facets, least};
+use crate::exec::Executor;
 use crate::layout::NEST;
 
 /// Subtrees of fewer triangles stay as they are, and those that fewer rays come to.
 const FEWEST_TRIANGLES: usize = 8;
 const FEWEST_RAYS: usize = 128;
+/// Rays of a task: an even number, so that halves do not depend on it.
+const CHUNK: usize = 256;
 /// A basis is taken where rays then pay at least so much less below: one half of the rays, and the other.
 const GAIN: f64 = 0.05;
 
@@ -40,34 +43,37 @@ pub fn discrete() -> Vec<Basis> {
 }
 
 /// Turn what pays, from the root down; returns how many subtrees have a basis that the node above has not.
-pub fn orient(turned: &mut Turned, rays: &[Segment], choice: &Choice) -> usize {
+pub fn orient(turned: &mut Turned, rays: &[Segment], choice: &Choice, exec: &Executor) -> usize {
     let all: Vec<u32> = (0..rays.len() as u32).collect();
-    Chooser { rays, choice }.below(turned, 0, (Basis::AXES, 0), &all)
+    Chooser { rays, choice, exec }.below(turned, 0, (Basis::AXES, 0), &all)
 }
 
 struct Chooser<'a> {
     rays: &'a [Segment],
     choice: &'a Choice,
+    exec: &'a Executor,
 }
 
 impl Chooser<'_> {
     /// `above` is the basis above the node, and how many turns lie in one another there.
     fn below(&self, turned: &mut Turned, node: usize, (above, nest): (Basis, usize), come: &[u32]) -> usize {
         let Some(children) = turned.children(node) else { return 0 };
-        let points = turned.points(node);
-        if points.len() < 3 * FEWEST_TRIANGLES || come.len() < FEWEST_RAYS || nest == NEST {
+        if turned.points(node).len() < 3 * FEWEST_TRIANGLES || come.len() < FEWEST_RAYS || nest == NEST {
             return 0;
         }
         // All that is below lies along what is above.
         let costs = |turned: &Turned| {
-            [0, 1].map(|half| {
-                let rays = come.iter().skip(half).step_by(2).map(|ray| &self.rays[*ray as usize]);
-                turned.work(node, &above, rays).cost()
-            })
+            let of_chunk = |chunk: &[u32], half: usize| {
+                let rays = chunk.iter().skip(half).step_by(2).map(|ray| &self.rays[*ray as usize]);
+                turned.work(node, &above, rays)
+            };
+            let chunks: Vec<&[u32]> = come.chunks(CHUNK).collect();
+            let parts = self.exec.map_range(chunks.len(), |i| [0, 1].map(|half| of_chunk(chunks[i], half)));
+            [0, 1].map(|half| parts.iter().fold(Work::default(), |sum, part| sum + part[half]).cost())
         };
         let plain = costs(turned);
         let (mut best, mut least_cost) = (above, f64::INFINITY);
-        for basis in candidates(&points, self.choice).into_iter().filter(|basis| *basis != above) {
+        for basis in candidates(turned.points(node), self.choice).into_iter().filter(|basis| *basis != above) {
             turned.turn(node, basis);
             let found = costs(turned);
             let pays = (0..2).all(|half| found[half] < plain[half] * (1.0 - GAIN));

@@ -93,11 +93,26 @@ impl Work {
     }
 }
 
+impl std::ops::Add for Work {
+    type Output = Work;
+
+    fn add(self, other: Work) -> Work {
+        Work {
+            nodes: self.nodes + other.nodes,
+            triangles: self.triangles + other.triangles,
+            turns: self.turns + other.turns,
+            lost: self.lost + other.lost,
+        }
+    }
+}
+
 /// A tree, the polygons in its leaves, and the basis that each inner node's two boxes lie along.
 pub struct Turned<'a> {
     tree: BlasView<'a>,
-    /// Of each slot, what of its triangle is in its leaf.
-    polygons: Vec<Vec<[f64; 3]>>,
+    /// Of all slots in their order, what of the triangle is in its leaf.
+    points: Vec<[f64; 3]>,
+    /// Where those of each slot begin, and the end.
+    starts: Vec<usize>,
     bases: Vec<Basis>,
     /// Along the basis of its parent.
     boxes: Vec<OrientedBox>,
@@ -106,22 +121,26 @@ pub struct Turned<'a> {
 impl<'a> Turned<'a> {
     /// Along the axes everywhere. The tree's records are sound.
     pub fn new(tree: BlasView<'a>) -> Turned<'a> {
-        let mut polygons = vec![Vec::new(); tree.triangles.len()];
-        for leaf in tree.nodes.iter().filter(|node| node.is_leaf()) {
+        let (mut points, mut starts) =
+            (Vec::with_capacity(3 * tree.triangles.len()), vec![0; tree.triangles.len() + 1]);
+        let mut leaf_of: Vec<&Node> = tree.nodes.iter().filter(|node| node.is_leaf()).collect();
+        leaf_of.sort_by_key(|leaf| leaf.first);
+        for leaf in leaf_of {
             for slot in leaf.first as usize..(leaf.first + leaf.count) as usize {
                 let corners = tree.triangles[slot].corners();
-                let whole = corners.map(|p| p.map(f64::from));
-                let triangle_box = Aabb::from_points(&corners);
-                polygons[slot] = if leaf.bounds().contains(&triangle_box) {
-                    whole.to_vec()
-                } else {
-                    let part = Polygon::inside(&corners, &leaf.bounds()).corners().to_vec();
-                    if part.is_empty() { whole.to_vec() } else { part }
+                let part = match leaf.bounds().contains(&Aabb::from_points(&corners)) {
+                    true => Polygon::triangle(&corners),
+                    false => Polygon::inside(&corners, &leaf.bounds()),
                 };
+                match part.corners() {
+                    [] => points.extend(corners.map(|p| p.map(f64::from))),
+                    some => points.extend_from_slice(some),
+                }
+                starts[slot + 1] = points.len();
             }
         }
         let bases = vec![Basis::AXES; tree.nodes.len()];
-        Turned { tree, polygons, bases, boxes: tree.nodes.iter().map(along_axes).collect() }
+        Turned { tree, points, starts, bases, boxes: tree.nodes.iter().map(along_axes).collect() }
     }
 
     /// The basis that the boxes of a node's two children lie along.
@@ -135,15 +154,17 @@ impl<'a> Turned<'a> {
         (!record.is_leaf()).then_some([record.first as usize, record.first as usize + 1])
     }
 
-    /// Corners of all that is below.
-    pub fn points(&self, node: usize) -> Vec<[f64; 3]> {
-        match self.children(node) {
-            Some(children) => children.iter().flat_map(|child| self.points(*child)).collect(),
-            None => {
-                let record = self.tree.nodes[node];
-                self.polygons[record.first as usize..(record.first + record.count) as usize].concat()
+    /// Corners of all that is below: leaves tile the triangles in the order of the tree.
+    pub fn points(&self, node: usize) -> &[[f64; 3]] {
+        let end = |child: usize| {
+            let mut record = self.tree.nodes[node];
+            while !record.is_leaf() {
+                record = self.tree.nodes[record.first as usize + child];
             }
-        }
+            record
+        };
+        let (low, high) = (end(0), end(1));
+        &self.points[self.starts[low.first as usize]..self.starts[(high.first + high.count) as usize]]
     }
 
     /// Let all that is below a node lie along a basis. Along the axes the boxes are those of the tree.
@@ -167,7 +188,7 @@ impl<'a> Turned<'a> {
                 let points = self.points(node);
                 let most = points.iter().flatten().fold(0.0f64, |most, c| most.max(c.abs()));
                 // A leaf has triangles, so the other case is never there.
-                let bounds = OrientedBox::in_basis(basis, &points).unwrap_or(self.boxes[node]);
+                let bounds = OrientedBox::in_basis(basis, points).unwrap_or(self.boxes[node]);
                 let [low, high] = [(bounds.low, -64.0), (bounds.high, 64.0)];
                 let moved = |(end, units): ([f64; 3], f64)| end.map(|v| v + units * UNIT * most);
                 OrientedBox { basis, low: moved(low), high: moved(high) }
@@ -190,7 +211,7 @@ impl<'a> Turned<'a> {
     }
 
     /// What rays that come to a node do below. `above` is the basis that they come in.
-    pub fn work<'r>(&self, node: usize, above: &Basis, rays: impl Iterator<Item = &'r Segment>) -> Work {
+    pub fn work<'r>(&self, node: usize, above: &Basis, rays: impl IntoIterator<Item = &'r Segment>) -> Work {
         let mut work = Work::default();
         let mut open = Vec::new();
         for ray in rays {
