@@ -18,9 +18,9 @@ pub struct Saving {
     pub cost: f64,
     /// With any rotation, and with those of a set.
     pub turned: [Outcome; 2],
-    /// In the file that `--orient` writes: what its rays pay, and its turned subtrees.
-    pub file: Outcome,
-    /// Hits that were not found, along the axes and turned; in the file, answers that differ from those along the axes.
+    /// In the file that `--orient` writes.
+    pub file: InFile,
+    /// Hits that were not found, along the axes and turned.
     pub lost: u64,
 }
 
@@ -30,6 +30,17 @@ pub struct Outcome {
     pub over: f64,
     /// Subtrees whose basis is another than that above them.
     pub changes: usize,
+}
+
+pub struct InFile {
+    /// What closest-hit rays pay over what they pay along the axes.
+    pub paid: f64,
+    /// Turned subtrees.
+    pub turns: usize,
+    /// Bytes of the file over those without turned subtrees.
+    pub bytes: f64,
+    /// Answers that differ from those along the axes.
+    pub differ: u64,
 }
 
 /// Choose by rays from two sides of the scene, and judge by rays from the two others.
@@ -50,8 +61,7 @@ pub fn saving(mesh: &Mesh, set: &[Basis], exec: &Executor) -> Result<Saving, Box
         turned.turn(0, Basis::AXES);
         Outcome { over: work.cost() / along_axes.cost(), changes }
     });
-    let (file, differ) = in_file(&image, &ProbeRays::around(&view, &[left, right], RAYS), exec)?;
-    lost += differ;
+    let file = in_file(&image, &ProbeRays::around(&view, &[left, right], RAYS), exec)?;
     Ok(Saving { cost: along_axes.cost() / judging.len() as f64, turned: outcomes, file, lost })
 }
 
@@ -71,13 +81,14 @@ impl Observer for Paid {
     }
 }
 
-/// Turn subtrees, write the file, open it again, and trace in it. And in how many answers it differs from the tree along the axes.
-fn in_file(image: &Image, rays: &ProbeRays, exec: &Executor) -> Result<(Outcome, u64), Box<dyn Error>> {
-    let mut image = image.clone();
-    orient_image(&mut image, exec)?;
-    let bytes = to_bytes(&image, &Meta::default(), &WriteOptions::default(), exec)?;
+/// Turn subtrees, write the file, open it again, and trace in it.
+fn in_file(image: &Image, rays: &ProbeRays, exec: &Executor) -> Result<InFile, Box<dyn Error>> {
+    let file = |image: &Image| to_bytes(image, &Meta::default(), &WriteOptions::default(), exec);
+    let mut oriented = image.clone();
+    orient_image(&mut oriented, exec)?;
+    let (plain, bytes) = (file(image)?, file(&oriented)?);
     let cache = Cache::from_bytes(&bytes, &OpenOptions { validation: Validation::Tree, ..OpenOptions::default() })?;
-    let Some(turned) = cache.turned() else { return Ok((Outcome { over: 1.0, changes: 0 }, 0)) };
+    let Some(turned) = cache.turned() else { return Ok(InFile { paid: 1.0, turns: 0, bytes: 1.0, differ: 0 }) };
     let (mut along_axes, mut paid, mut differ) = (Paid::default(), Paid::default(), 0);
     for ray in (0..SETS.len()).flat_map(|set| rays.rays(set)) {
         let want = try_closest_hit(&turned.view, ray, &mut along_axes)?;
@@ -85,5 +96,6 @@ fn in_file(image: &Image, rays: &ProbeRays, exec: &Executor) -> Result<(Outcome,
         let named = |hit: bvhc::Hit| (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.geom, hit.prim);
         differ += u64::from(hit.map(named) != want.map(named));
     }
-    Ok((Outcome { over: paid.0 / along_axes.0, changes: turned.rows.len() }, differ))
+    let (paid, turns) = (paid.0 / along_axes.0, turned.rows.len());
+    Ok(InFile { paid, turns, bytes: bytes.len() as f64 / plain.len() as f64, differ })
 }

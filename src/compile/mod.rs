@@ -8,7 +8,7 @@ mod told_apart;
 mod tree;
 
 pub(crate) use self::orient::orient_option;
-pub use self::orient::{Oriented, orient_image, segments};
+pub use self::orient::{Oriented, bytes_to_orient, orient_image, segments};
 pub(crate) use self::tree::decide_sound;
 pub use self::tree::{build_tree, decide_tree};
 

@@ -2,8 +2,8 @@
 
 use crate::cache::{CacheError, Image, TurnRecord, View};
 use crate::exec::Executor;
-use crate::layout::BlasView;
-use crate::oriented::{Basis, Choice, Segment, Turned, orient};
+use crate::layout::{BlasView, NEST, Node, TriangleRecord};
+use crate::oriented::{Basis, Choice, OrientedBox, Segment, Turned, orient};
 use crate::trace::probe::{Camera, ProbeRays, SETS};
 use crate::trace::{Turns, closest_hit};
 
@@ -21,6 +21,17 @@ const RAYS: usize = 1300;
 const LEAST_SAVING: f64 = 0.02;
 /// 2¹⁰⁰: beyond, coordinates along other axes come near the end of `f32`.
 const LARGEST: f32 = f32::from_bits((127 + 100) << 23);
+
+/// Bytes that [`orient_image`] sets aside at most: the boxes and corners that it tries bases on, and the records that it writes.
+pub fn bytes_to_orient(image: &Image) -> u64 {
+    /// A triangle and six cuts.
+    const MOST_CORNERS: usize = 9;
+    let corners = |t: &TriangleRecord| if t.flags & TriangleRecord::DUPLICATED == 0 { 3 } else { MOST_CORNERS };
+    let corners: usize = image.triangles.iter().map(corners).sum();
+    let of_points = size_of::<[f64; 3]>() * corners + size_of::<usize>() * (image.triangles.len() + 1);
+    let of_node = size_of::<Basis>() + size_of::<OrientedBox>() + (NEST + 1) * size_of::<Node>() + size_of::<u64>();
+    (of_points + of_node * image.nodes.len()) as u64
+}
 
 /// What turning did to a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

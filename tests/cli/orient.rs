@@ -97,6 +97,17 @@ fn orient_is_refused_where_it_does_not_go_together() {
     }
 }
 
+#[test]
+fn what_turning_takes_is_held_against_the_limit() {
+    let place = Place::new();
+    place.write("a.obj", sheet(100));
+    let build = "build a.obj -o a.bvhc --method binned --max-memory 4M";
+    place.ok(build);
+    let said = place.run(&format!("{build} --orient"));
+    assert_eq!(said.code, 6, "{}{}", said.out, said.err);
+    assert!(said.err.contains("cannot turn subtrees") && said.err.contains("leave out --orient"), "{}", said.err);
+}
+
 /// A box that is too small loses rays, and it is the turned subtrees that do.
 #[test]
 fn verify_names_the_turned_subtrees_where_they_lose_hits() {

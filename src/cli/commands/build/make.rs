@@ -147,6 +147,7 @@ impl<'a> Workshop<'a> {
             image.add_compact().map_err(|e| caches::failure(&e))?;
         }
         if self.args.orient {
+            caches::fits_turned(&job.output, &image, self.context)?;
             let oriented = compile::orient_image(&mut image, exec).map_err(|e| caches::failure(&e))?;
             self.context.terminal.detail(&format!("{}: {oriented}", names::path(&job.output)));
             notes.push(oriented.to_string());
