@@ -101,7 +101,7 @@ fn orient_is_refused_where_it_does_not_go_together() {
 fn what_turning_takes_is_held_against_the_limit() {
     let place = Place::new();
     place.write("a.obj", sheet(100));
-    let build = "build a.obj -o a.bvhc --method binned --max-memory 4M";
+    let build = "build a.obj -o a.bvhc --method binned --max-memory 6M";
     place.ok(build);
     let said = place.run(&format!("{build} --orient"));
     assert_eq!(said.code, 6, "{}{}", said.out, said.err);
