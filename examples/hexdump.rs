@@ -74,6 +74,8 @@ pub fn annotate(bytes: &[u8]) -> Result<String, Box<dyn Error>> {
             SectionKind::CROW => &CROW,
             SectionKind::CNOD => &CNOD,
             SectionKind::CREF => &CREF,
+            SectionKind::OROW => &OROW,
+            SectionKind::ONOD => &NODE,
             SectionKind::VERT => &VERT,
             SectionKind::SIDE => &SIDE,
             SectionKind::TOPO => &TOPO,
@@ -173,6 +175,8 @@ const CNOD: [Field; 12] = [
     (8, "high z"),
 ];
 const CREF: [Field; 1] = [(4, "triangle")];
+const OROW: [Field; 7] =
+    [(12, "axis x"), (12, "axis y"), (12, "axis z"), (4, "first"), (4, "end"), (4, "node_offset"), (16, "reserved")];
 const VERT: [Field; 3] = [(4, "v0"), (4, "v1"), (4, "v2")];
 const SIDE: [Field; 1] = [(4, "flags")];
 const TOPO: [Field; 8] = [

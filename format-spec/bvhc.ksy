@@ -37,6 +37,8 @@ enums:
     0x574f5243: compact_rows  # CROW
     0x444f4e43: compact_nodes  # CNOD
     0x46455243: compact_references  # CREF
+    0x574f524f: turns  # OROW
+    0x444f4e4f: turned_nodes  # ONOD
     0x54524556: vertices  # VERT
     0x45444953: sides  # SIDE
     0x534d414e: names  # NAMS
@@ -71,6 +73,7 @@ enums:
     16: compact_rows
     17: compact_nodes
     18: compact_references
+    19: turns
 
 types:
   header:
@@ -210,6 +213,8 @@ types:
           kind == kind::compact_rows ? layout::compact_rows :
           kind == kind::compact_nodes ? layout::compact_nodes :
           kind == kind::compact_references ? layout::compact_references :
+          kind == kind::turns ? layout::turns :
+          kind == kind::turned_nodes ? layout::nodes :
           kind == kind::names or kind == kind::materials ? layout::names :
           kind == kind::meta ? layout::meta : layout::unknown
       body:
@@ -235,6 +240,7 @@ types:
             layout::compact_rows: compact_rows(elem_count)
             layout::compact_nodes: compact_nodes(elem_count)
             layout::compact_references: compact_references(elem_count)
+            layout::turns: turns(elem_count)
             layout::names: names
             layout::meta: provenance
 
@@ -393,6 +399,15 @@ types:
     seq:
       - id: rows
         type: compact_reference
+        repeat: expr
+        repeat-expr: num
+  turns:
+    params:
+      - id: num
+        type: u8
+    seq:
+      - id: rows
+        type: turn
         repeat: expr
         repeat-expr: num
 
@@ -633,6 +648,22 @@ types:
       - id: triangle
         type: u4
         doc: Counted from the tree's first record of TRIS.
+  turn:
+    doc: A turned subtree; its records are in the section ONOD.
+    seq:
+      - id: axes
+        type: f4
+        repeat: expr
+        repeat-expr: 9
+        doc: The axes x, y and z, three numbers each.
+      - id: first
+        type: u4
+      - id: end
+        type: u4
+      - id: node_offset
+        type: u4
+      - id: reserved
+        size: 16
 
   point:
     seq:

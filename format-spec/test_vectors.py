@@ -67,6 +67,7 @@ def build_samples(tool, scratch):
         ("forest-vertices", "forest.glb", ["--flatten", "--vertices"]),
         ("colonnade-compact", "colonnade.obj", ["--nodes", "compact8"]),
         ("forest-compact", "forest.glb", ["--nodes", "compact8"]),
+        ("roof-turned", "corrugated_roof.obj", ["--orient"]),
         ("helicopter-rebuilt", "helicopter/heli.####.obj", ["--frames", "1-2", "--method", "sbvh", "--refit", "never", "--codec", "compact"]),
         ("helicopter-refitted", "helicopter/heli.####.obj", ["--frames", "1-6", "--refit", "always", "--codec", "compact"]),
     ]:

@@ -7,7 +7,7 @@ use crate::geom::Ray;
 use crate::layout::CompactNode;
 use crate::scene::ReadReport;
 use crate::trace::wide::WideView;
-use crate::trace::{BatchError, Hit, Malformed, any_hit, closest_hit};
+use crate::trace::{BatchError, Hit, Malformed, TurnedView, any_hit, closest_hit};
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -66,12 +66,21 @@ impl Built {
         self.image.compact.as_ref().map(|trees| trees.view(&self.view()))
     }
 
+    /// Its turned subtrees, if the build was to look for them and found some.
+    fn turned(&self) -> Option<TurnedView<'_>> {
+        self.image.turns.as_ref().map(|turns| turns.view(&self.view()))
+    }
+
     /// The nearest point where the ray meets the scene, as [`Cache::closest_hit`](crate::Cache::closest_hit) answers for the file.
     ///
     /// # Errors
     /// None: what was built is a tree.
     pub fn closest_hit(&self, ray: &Ray) -> Result<Option<Hit>, Malformed> {
-        self.wide().map_or_else(|| closest_hit(&self.view(), ray), |wide| wide.closest_hit(ray))
+        match (self.wide(), self.turned()) {
+            (Some(wide), _) => wide.closest_hit(ray),
+            (None, Some(turned)) => turned.closest_hit(ray),
+            (None, None) => closest_hit(&self.view(), ray),
+        }
     }
 
     /// Whether the ray meets anything.
@@ -79,7 +88,11 @@ impl Built {
     /// # Errors
     /// As [`Built::closest_hit`].
     pub fn any_hit(&self, ray: &Ray) -> Result<bool, Malformed> {
-        self.wide().map_or_else(|| any_hit(&self.view(), ray), |wide| wide.any_hit(ray))
+        match (self.wide(), self.turned()) {
+            (Some(wide), _) => wide.any_hit(ray),
+            (None, Some(turned)) => turned.any_hit(ray),
+            (None, None) => any_hit(&self.view(), ray),
+        }
     }
 
     /// The nearest hit of each of many rays, on the build's threads: `hits[i]` becomes the answer to `rays[i]`.
@@ -87,9 +100,10 @@ impl Built {
     /// # Errors
     /// Where there are not as many places for hits as rays; no hit is touched then.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), BatchError> {
-        match self.wide() {
-            Some(wide) => wide.closest_hits(rays, hits, &self.exec),
-            None => self.view().closest_hits(rays, hits, &self.exec),
+        match (self.wide(), self.turned()) {
+            (Some(wide), _) => wide.closest_hits(rays, hits, &self.exec),
+            (None, Some(turned)) => turned.closest_hits(rays, hits, &self.exec),
+            (None, None) => self.view().closest_hits(rays, hits, &self.exec),
         }
     }
 

@@ -61,7 +61,7 @@
 //!
 //! - [`scene`]: reading OBJ and glTF, with every policy about broken geometry;
 //! - [`tree`]: the linear tree and its quality;
-//! - [`oriented`]: boxes and slabs that need not lie along the axes, and the bases that suit them;
+//! - [`oriented`]: boxes and slabs that need not lie along the axes, the bases that suit them, and which subtrees pay along one;
 //! - [`build`]: one mesh becomes a tree: methods, options and passes; the top level over instances;
 //! - [`cache`]: the file: writing, opening, checking, converting, and whether it is up to date;
 //! - [`trace`]: watertight traversal and the brute force that it is judged by;

@@ -7,7 +7,7 @@ import numpy as np
 
 import bvhc_delta
 from bvhc_records import (
-    BLOCK, CANONICAL_DFS, COMPACT, CONTENT, CRITICAL, DELTA, DIFFERENCES, DUP_REFS, ENTRY, HEADER, IN_SEQUENCES,
+    BLOCK, CANONICAL_DFS, COMPACT, CONTENT, CRITICAL, DELTA, DIFFERENCES, DUP_REFS, ENTRY, HEADER, IN_SEQUENCES, TURNED,
     MAGIC, MAX_DECODED, MINOR, NUMBERED, RAW, RECORDS, REFITTABLE, ROWS, SEQUENCE, SEQUENCE_FEATURE, STILL,
     TWO_LEVEL, ZSTD, Invalid, Unsupported, blake3, digest, plain, require,
 )
@@ -91,7 +91,7 @@ class Container:
                 require((name in numbers) == (name in wanted), "%s is %s" % (name, "missing" if name in wanted else "not allowed in such a file"))
             require(sorted(numbers.get(name, [0])) == list(range(len(numbers.get(name, [0])))), "the numbers of %s have a hole" % name)
             require(self.sequence or len(numbers.get(name, [0])) == 1, "a still file with several %s" % name)
-        require(not self.sequence or not any(name in numbers for name in COMPACT), "a sequence with compact trees")
+        require(not self.sequence or not any(name in numbers for name in COMPACT + TURNED), "a sequence with compact trees or turned subtrees")
         for a, b in (("NODE", "VPOS"), ("TNOD", "INST")):
             require(not self.sequence or len(numbers[a]) == len(numbers[b]), "another number of %s than of %s" % (a, b))
 

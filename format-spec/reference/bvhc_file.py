@@ -6,10 +6,11 @@ import struct
 import numpy as np
 
 import bvhc_compact
+import bvhc_turned
 from bvhc_container import Container
 from bvhc_frames import Frames
 from bvhc_meta import Meta
-from bvhc_records import COMPACT, DUP_REFS, RECORDS, Invalid, blake3, digest, plain, require
+from bvhc_records import COMPACT, TURNED, DUP_REFS, RECORDS, Invalid, blake3, digest, plain, require
 from bvhc_trees import Trees
 
 
@@ -76,6 +77,7 @@ class File(Container, Frames, Trees):
         self.check_bounds([self.tnod if self.two_level else self.node])
         self.check_nodes()
         self.check_compact()
+        self.check_turned()
         return depths
 
     def check_compact(self):
@@ -95,6 +97,15 @@ class File(Container, Frames, Trees):
             waiting = bvhc_compact.check(nodes[at - row["node_count"]:at], mine, self.tree(b)[0], require, "compact tree %d" % i)
             require(row["waiting"] == waiting, "waiting of CROW")
         require(at == len(nodes), "CROW rows do not end with CNOD")
+
+    def check_turned(self):
+        """Turned subtrees [5.8]."""
+        there = [self.body(name) is not None for name in TURNED]
+        require(all(there) or not any(there), "one of OROW and ONOD is missing")
+        if any(there):
+            require(len(self.blas) == 1 and not self.two_level, "turned subtrees of no one tree")
+            nodes = self.tree(self.blas[0])[0]
+            bvhc_turned.check(*(self.rows(name) for name in TURNED), nodes, self.tris, require)
 
     def check_names(self):
         self.names, self.materials = self.strings("NAMS"), self.strings("MATS")

@@ -7,7 +7,7 @@ try:
 except ImportError:
     blake3 = None
 
-MINOR = 4  # that this reader knows
+MINOR = 5  # that this reader knows
 SEQUENCE_FEATURE = 1  # of features_required
 MAGIC = b"\x89BVH\r\n\x1a\n"
 BLOCK = 1 << 20  # decoded bytes of one zstd frame [8]
@@ -52,6 +52,8 @@ RECORDS = {  # [5]: type -> (flags, record)
     "CNOD": (2, np.dtype([("origin", *V3), ("exponents", "u1", 3), ("children", "u1"), ("first_node", U4), ("first_ref", U4),
                           ("counts", "u1", 8), ("low", "u1", 24), ("high", "u1", 24)])),
     "CREF": (2, np.dtype([("triangle", U4)])),
+    "OROW": (2, np.dtype([("axes", "<f4", 9), ("first", U4), ("end", U4), ("node_offset", U4), ("reserved", "V16")])),
+    "ONOD": (2, NODE),
     "VERT": (6, np.dtype([("v0", U4), ("v1", U4), ("v2", U4)])),
     "SIDE": (6, np.dtype([("flags", U4)])),
     "NAMS": (2, None),
@@ -63,6 +65,8 @@ ROWS = {b"BLAS", b"TOPO", b"POSE", b"FRAM", b"GEOM"}  # that say how large the o
 RAW, ZSTD, DELTA = 0, 1, 2  # codecs [8]
 DIFFERENCES = ["TRIX", "VPOS", "NODE"]  # that may have codec 2 in a sequence, in the order in which they are decoded [8.1]
 COMPACT = ["CROW", "CNOD", "CREF"]  # that a still file may have, all or none [5.7]
+TURNED = ["OROW", "ONOD"]  # that a still file of one level may have, both or none [5.8]
+NEST = 3  # turned subtrees in one another [5.8]
 STILL, IN_SEQUENCES = {"TRIS", "BLAS"}, {"TOPO", "TRIX", "POSE", "VPOS", "FRAM"}
 KEY, TIMED, HELD = 1, 1, 2
 

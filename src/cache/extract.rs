@@ -32,6 +32,7 @@ impl Image {
             sides: if sides.iter().all(|side| *side == 0) { Vec::new() } else { sides },
             vertices,
             compact: None,
+            turns: None,
             flags: frame.tree_flags(),
         }
     }

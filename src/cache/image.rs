@@ -7,6 +7,7 @@ use bvhc_core::layout::orientation;
 use crate::exec::Executor;
 use crate::geom::{Aabb, Affine};
 use crate::scene::{Instance, Mesh, Part};
+use crate::trace::Turns;
 use crate::trace::wide::CompactTrees;
 use crate::tree::{Accel, Node, Tree, quality};
 
@@ -35,6 +36,8 @@ pub struct Image {
     pub vertices: Vec<[u32; 3]>,
     /// `CROW`, `CNOD` and `CREF`; `None` for a file of binary trees alone.
     pub compact: Option<CompactTrees>,
+    /// `OROW` and `ONOD`; `None` for a file whose boxes all lie along the axes of the scene.
+    pub turns: Option<Turns>,
     /// Bits of [`tree_flags`].
     pub flags: u32,
 }

@@ -148,6 +148,11 @@ fn seal<'a>(
                 pieces.extend(image.compact.as_ref().map(|trees| piece_of_compact(trees, rule.kind)));
                 continue;
             }
+            SectionKind::OROW | SectionKind::ONOD => match &image.turns {
+                Some(turns) if rule.kind == SectionKind::OROW => (turns.rows.len(), cast_slice(&turns.rows).into()),
+                Some(turns) => (turns.nodes.len(), cast_slice(&turns.nodes).into()),
+                None => continue,
+            },
             SectionKind::VERT if !image.vertices.is_empty() => {
                 (image.vertices.len(), cast_slice(&image.vertices).into())
             }

@@ -8,7 +8,9 @@ use super::{Context, advice};
 use crate::build::{BuildError, BuildOptions, Remedy};
 use crate::cache::check;
 use crate::cache::tree_flags;
-use crate::cache::{Cache, CacheError, ErrorKind, Frame, Head, Limited, OpenOptions, Sequence, Validation, rules};
+use crate::cache::{
+    Cache, CacheError, ErrorKind, Frame, Head, Image, Limited, OpenOptions, Sequence, Validation, rules,
+};
 use crate::compile;
 use crate::scene::{self, Scene, SceneError};
 use crate::size::beyond;
@@ -206,6 +208,20 @@ pub fn fits(model: &Path, scene: &Scene, options: &BuildOptions, context: &Conte
         .fact(format!("{triangles} triangles need {needed}"))
         .fact(format!("the limit is {limit}"))
         .help("raise it with --max-memory"))
+}
+
+/// The same for turning subtrees of a tree that is built.
+pub fn fits_turned(output: &Path, image: &Image, context: &Context) -> Result<(), Failure> {
+    let (needed, limit) = (compile::bytes_to_orient(image), context.global.max_memory);
+    if needed <= limit {
+        return Ok(());
+    }
+    let references = figures::count(image.triangles.len() as u64);
+    let [needed, limit] = beyond(needed, limit);
+    Err(Failure::new(Exit::Limit, format!("cannot turn subtrees of {}", names::path(output)))
+        .fact(format!("{references} references need {needed}"))
+        .fact(format!("the limit is {limit}"))
+        .help("raise it with --max-memory, or leave out --orient"))
 }
 
 pub fn build_failure(error: &BuildError) -> Failure {

@@ -1,11 +1,14 @@
 //! A whole scene: decide between one level and two, build every tree, and hand over what a cache file stores.
 
 mod bake;
+mod orient;
 mod place;
 mod plan;
 mod told_apart;
 mod tree;
 
+pub(crate) use self::orient::orient_option;
+pub use self::orient::{Oriented, bytes_to_orient, orient_image, segments};
 pub(crate) use self::tree::decide_sound;
 pub use self::tree::{build_tree, decide_tree};
 

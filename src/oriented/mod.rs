@@ -10,6 +10,7 @@
 mod axes;
 mod basis;
 mod candidates;
+mod choose;
 mod dop;
 mod extremes;
 mod fit;
@@ -18,13 +19,16 @@ mod oriented_box;
 mod polytope;
 #[cfg(test)]
 mod tests;
+mod turned;
 mod volume;
 
 pub use basis::Basis;
 pub use candidates::{ditetrahedron, hull_facets};
+pub use choose::{Choice, discrete, orient};
 pub use dop::Dop14;
 pub use extremes::{DIRECTIONS, Extremes};
 pub use fit::{fit, least};
 pub use moments::Moments;
 pub use oriented_box::OrientedBox;
+pub use turned::{NODE, Segment, TURN, Turned, Work};
 pub use volume::BoundingVolume;

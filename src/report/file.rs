@@ -6,6 +6,7 @@ use super::overlap::EpoReport;
 use super::rays::RayReport;
 use super::stats::{TopReport, TreeReport, TreeStats};
 use crate::cache::{CompactNode, View};
+use crate::trace::TurnedView;
 use crate::trace::wide::WideView;
 use serde::Serialize;
 
@@ -20,6 +21,10 @@ pub struct FileReport {
     pub node_bytes_per_triangle: f64,
     /// The same of compact trees, their rows and their order of references included; `None` in a file without them.
     pub compact8_bytes_per_triangle: Option<f64>,
+    /// Turned subtrees; `None` in a file without them. All other figures but the next are those of the tree along the axes of the scene.
+    pub turned_subtrees: Option<u64>,
+    /// Bytes of turned subtrees, nodes and rows, per distinct triangle.
+    pub turned_bytes_per_triangle: Option<f64>,
     /// 1, or 2 with a tree over instances.
     pub levels: u32,
     pub instances: u64,
@@ -82,6 +87,8 @@ impl FileReport {
             bytes_per_triangle: per_triangle(file_len, blas.prims),
             node_bytes_per_triangle: per_triangle(size_of_val(view.nodes) as u64, blas.prims),
             compact8_bytes_per_triangle: None,
+            turned_subtrees: None,
+            turned_bytes_per_triangle: None,
             levels: if two_levels { 2 } else { 1 },
             instances: view.instances.len() as u64,
             instanced_triangles: if two_levels { instanced } else { blas.prims },
@@ -109,6 +116,16 @@ impl FileReport {
     pub fn with_compact(self, trees: &WideView<'_, 8, CompactNode>) -> FileReport {
         let bytes = size_of_val(trees.rows) + size_of_val(trees.nodes) + size_of_val(trees.order);
         FileReport { compact8_bytes_per_triangle: Some(per_triangle(bytes as u64, self.blas.triangles)), ..self }
+    }
+
+    /// The figures of a file's turned subtrees besides.
+    pub fn with_turned(self, turned: &TurnedView<'_>) -> FileReport {
+        let bytes = size_of_val(turned.rows) + size_of_val(turned.nodes);
+        FileReport {
+            turned_subtrees: Some(turned.rows.len() as u64),
+            turned_bytes_per_triangle: Some(per_triangle(bytes as u64, self.blas.triangles)),
+            ..self
+        }
     }
 }
 

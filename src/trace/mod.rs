@@ -39,7 +39,7 @@ pub mod probe;
 pub mod rays;
 
 pub use bvhc_core::trace::{
-    BatchError, Counters, FARTHEST, Hit, Malformed, NoObserver, Observer, SceneVisit, Step, Visit, any_hit,
-    closest_hit, try_any_hit, try_closest_hit, wide,
+    BatchError, Counters, FARTHEST, Hit, Malformed, NoObserver, Observer, SceneVisit, Step, TurnedView, Turns, Visit,
+    any_hit, closest_hit, try_any_hit, try_closest_hit, wide,
 };
 pub(crate) use lent::Lent;

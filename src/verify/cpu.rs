@@ -4,7 +4,7 @@ use crate::cache::{CompactNode, View};
 use crate::exec::Executor;
 use crate::geom::Ray;
 use crate::trace::wide::WideView;
-use crate::trace::{Malformed, NoObserver, try_any_hit, try_closest_hit};
+use crate::trace::{Malformed, NoObserver, TurnedView, try_any_hit, try_closest_hit};
 
 /// The library's own traversal of binary trees, on the threads of an executor.
 pub struct Cpu<'a> {
@@ -79,6 +79,44 @@ impl Device for Compact<'_> {
         answers(self.exec, rays, "compact8", |ray| match query {
             Query::Closest => Ok(self.trees.closest_hit(ray)?.into()),
             Query::Any => Ok(HitRecord::any(self.trees.any_hit(ray)?)),
+        })
+    }
+}
+
+/// Its traversal of a file's tree with turned subtrees: what a program that opens the file gets.
+pub struct Turned<'a> {
+    view: TurnedView<'a>,
+    exec: &'a Executor,
+}
+
+impl<'a> Turned<'a> {
+    /// Traces through `view` on the threads of `exec`.
+    pub fn new(view: TurnedView<'a>, exec: &'a Executor) -> Turned<'a> {
+        Turned { view, exec }
+    }
+}
+
+impl Device for Turned<'_> {
+    fn name(&self) -> &str {
+        "turned"
+    }
+
+    fn description(&self) -> String {
+        format!("bvhc's own traversal of turned subtrees, {} threads", self.exec.threads())
+    }
+
+    fn deviation(&self) -> Option<String> {
+        None
+    }
+
+    fn names_any_copy(&self) -> bool {
+        true
+    }
+
+    fn trace(&mut self, rays: &[Ray], query: Query) -> Result<Vec<HitRecord>, DeviceError> {
+        answers(self.exec, rays, "turned", |ray| match query {
+            Query::Closest => Ok(self.view.closest_hit(ray)?.into()),
+            Query::Any => Ok(HitRecord::any(self.view.any_hit(ray)?)),
         })
     }
 }

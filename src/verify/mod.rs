@@ -43,7 +43,7 @@ pub mod watertight;
 
 pub use blame::Blame;
 pub use class::{Class, Counts};
-pub use cpu::{Compact, Cpu};
+pub use cpu::{Compact, Cpu, Turned};
 pub use device::{Device, DeviceError, Query};
 pub use outcome::{DeviceOutcome, Expected, Got, Mismatch, OracleOutcome, Outcome};
 #[cfg(feature = "cli")]

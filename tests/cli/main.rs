@@ -25,6 +25,7 @@ mod interrupt;
 mod manners;
 mod many;
 mod nodes;
+mod orient;
 mod outputs;
 mod patterns;
 mod precision;

@@ -3,6 +3,7 @@ use bvhc::cache::{
     write_file,
 };
 use bvhc::exec::Executor;
+use bvhc::trace::Turns;
 use bvhc::trace::wide::CompactTrees;
 use proptest::prelude::*;
 
@@ -41,6 +42,10 @@ fn content(cache: &Cache) -> Image {
             nodes: wide.nodes.to_vec(),
             rows: wide.rows.to_vec(),
             order: wide.order.to_vec(),
+        }),
+        turns: cache.turned().and_then(|turned| {
+            let tree = cache.view().blas(0)?;
+            Turns::new(&tree, turned.rows.to_vec(), &Executor::current())
         }),
         flags: cache.header().tree_flags,
     }

@@ -37,6 +37,7 @@ fn damage_and_repair(rounds: usize, seed: u64) {
             trace_some(&bytes, &mut dice, round);
         }
         trace_compact(&bytes, report.is_valid(), &mut dice, round);
+        trace_turned(&bytes, report.is_valid(), &mut dice, round);
     }
     println!("{accepted} of {rounds} damaged files are still valid");
 }
@@ -107,6 +108,23 @@ fn trace_compact(bytes: &[u8], valid: bool, dice: &mut Dice, round: usize) {
         let (closest, any) = (trees.closest_hit(&ray), trees.any_hit(&ray));
         if valid {
             let named = |hit: bvhc::Hit| (hit.t.to_bits(), hit.geom, hit.prim, hit.instance);
+            let want = try_closest_hit(&cache.view(), &ray, &mut NoObserver).map(|hit| hit.map(named));
+            assert_eq!(any, want.map(|hit| hit.is_some()), "round {round}: {ray:?}");
+            assert_eq!(closest.map(|hit| hit.map(named)), want, "round {round}: {ray:?}");
+        }
+    }
+}
+
+/// The same through turned subtrees.
+fn trace_turned(bytes: &[u8], valid: bool, dice: &mut Dice, round: usize) {
+    let options = OpenOptions { validation: Validation::Quick, max_memory: 64 << 20, ..OpenOptions::default() };
+    let Ok(cache) = Cache::from_bytes(bytes, &options) else { return };
+    let Some(turned) = cache.turned() else { return };
+    for _ in 0..16 {
+        let ray = some_ray(cache.header().scene_bounds(), dice);
+        let (closest, any) = (turned.closest_hit(&ray), turned.any_hit(&ray));
+        if valid {
+            let named = |hit: bvhc::Hit| (hit.t.to_bits(), hit.geom, hit.prim);
             let want = try_closest_hit(&cache.view(), &ray, &mut NoObserver).map(|hit| hit.map(named));
             assert_eq!(any, want.map(|hit| hit.is_some()), "round {round}: {ray:?}");
             assert_eq!(closest.map(|hit| hit.map(named)), want, "round {round}: {ray:?}");

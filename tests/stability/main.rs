@@ -6,13 +6,9 @@
 #[path = "../../examples/oriented/growth.rs"]
 mod growth;
 mod hard;
-#[path = "../../examples/oriented/orient.rs"]
-mod orient;
 mod oriented;
 #[path = "../../examples/oriented/saving.rs"]
 mod saving;
-#[path = "../../examples/oriented/turned.rs"]
-mod turned;
 
 use bvhc::build::{Executor, NoProgress};
 use bvhc::cache::Image;

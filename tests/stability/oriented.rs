@@ -5,9 +5,9 @@
 
 use super::{alone, named};
 use crate::growth::{Growth, growth};
-use crate::orient::discrete;
 use crate::saving::saving;
 use bvhc::build::{Executor, HullBasis};
+use bvhc::oriented::discrete;
 
 /// Boxes along leaves and fitted ones, on a scene of about so many triangles.
 fn both(id: &str, count: usize) -> [Growth; 2] {
@@ -52,6 +52,8 @@ fn turned_subtrees_save_rays_on_slanted_scenes_and_no_hit_is_lost() {
     for (id, most) in [("F11", [0.2, 0.4]), ("F12", [0.3, 0.6]), ("F14", [0.5, 1.01]), ("F27", [1.01, 1.01])] {
         let found = saving(&named(id).scene(1000).meshes[0], &set, &exec).unwrap();
         assert_eq!(found.lost, 0, "{id}");
+        assert!(found.file.paid < most[0] + 0.05, "{id}: {} in the file", found.file.paid);
+        assert_eq!(found.file.differ, 0, "{id}");
         for (turned, most) in found.turned.into_iter().zip(most) {
             assert!(turned.over < most, "{id}: {} of {}", turned.over, found.cost);
             assert!(id != "F27" || turned.changes == 0, "{id}: {} changes", turned.changes);

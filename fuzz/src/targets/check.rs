@@ -1,6 +1,6 @@
 //! The check, at every level, and its agreement with the reader.
 
-use super::reader::{MOST_FRAMES, allowance, open_frames, trace, trace_compact};
+use super::reader::{MOST_FRAMES, allowance, open_frames, trace, trace_compact, trace_turned};
 use super::{Target, limit};
 use crate::guard::within;
 use crate::mutate::file;
@@ -47,6 +47,9 @@ fn run(input: &[u8]) -> Seen {
             trace(&cache.view(), cache.header().scene_bounds(), true);
             if let Some(trees) = cache.compact() {
                 trace_compact(&trees, cache.header().scene_bounds());
+            }
+            if let Some(turned) = cache.turned() {
+                trace_turned(&turned, cache.header().scene_bounds());
             }
             // Figures of a file that is right.
             let view = cache.view();

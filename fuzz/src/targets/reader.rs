@@ -7,7 +7,7 @@ use crate::planted::Seen;
 use bvhc::cache::{Between, Cache, CacheError, CompactNode, Frames, OpenOptions, Opened, Sequence, Validation, View};
 use bvhc::geom::{Aabb, Ray};
 use bvhc::trace::wide::WideView;
-use bvhc::trace::{Hit, NoObserver, try_any_hit, try_closest_hit};
+use bvhc::trace::{TurnedView, Hit, NoObserver, try_any_hit, try_closest_hit};
 
 pub const TARGET: Target = Target { name: "reader", run, change: file::change, faults: &["E0403", "E0302", "E0205"] };
 
@@ -112,6 +112,16 @@ pub fn trace_compact(trees: &WideView<'_, 8, CompactNode>, b: Aabb) {
         let want = try_closest_hit(&trees.view, &ray, &mut NoObserver).map(|hit| hit.map(named));
         assert_eq!(trees.closest_hit(&ray).map(|hit| hit.map(named)), want, "{ray:?}");
         assert_eq!(trees.any_hit(&ray), want.map(|hit| hit.is_some()), "{ray:?}");
+    }
+}
+
+/// The same through turned subtrees.
+pub fn trace_turned(turned: &TurnedView<'_>, b: Aabb) {
+    let named = |hit: Hit| (hit.t.to_bits(), hit.geom, hit.prim);
+    for ray in net(b) {
+        let want = try_closest_hit(&turned.view, &ray, &mut NoObserver).map(|hit| hit.map(named));
+        assert_eq!(turned.closest_hit(&ray).map(|hit| hit.map(named)), want, "{ray:?}");
+        assert_eq!(turned.any_hit(&ray), want.map(|hit| hit.is_some()), "{ray:?}");
     }
 }
 

@@ -5,8 +5,8 @@
 mod source;
 
 pub use bvhc_core::cache::check::{
-    CompactRecords, Finding, Level, Limits, Place, RecordsOf, Report, check_compact, check_records, check_sides,
-    check_vertices,
+    CompactRecords, Finding, Level, Limits, Place, RecordsOf, Report, TurnRecords, check_compact, check_records,
+    check_sides, check_turns, check_vertices,
 };
 pub use source::Source;
 
@@ -40,6 +40,10 @@ pub fn check_image(image: &Image, limits: &Limits, exec: &Executor) -> Report {
     if let Some(compact) = image.compact.as_ref().filter(|_| report.is_valid()) {
         let (rows, nodes, order) = (Some(&compact.rows[..]), Some(&compact.nodes[..]), Some(&compact.order[..]));
         report.append(check_compact(&view, &CompactRecords { rows, nodes, order }, limits, exec));
+    }
+    if let Some(turns) = image.turns.as_ref().filter(|_| report.is_valid()) {
+        let records = TurnRecords { rows: Some(&turns.rows), nodes: Some(&turns.nodes) };
+        report.append(check_turns(&view, &records, limits, exec));
     }
     if !image.vertices.is_empty() {
         report.append(check_vertices(&view, &image.vertices, limits, exec));

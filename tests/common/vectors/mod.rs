@@ -11,6 +11,7 @@ pub mod compact;
 pub mod invalid;
 pub mod scenes;
 pub mod sequences;
+pub mod turns;
 pub mod valid;
 
 use bvhc::cache::{Cache, Sequence, tree_flags};

@@ -7,7 +7,7 @@ use bvhc::exec::Executor;
 
 use super::bytes::{self, file};
 use super::scenes::{self, comb, cut_in_two, one_level, parts_mesh, sheet, soup, tree, two_level};
-use super::{compact, sequences};
+use super::{compact, sequences, turns};
 
 /// One valid file.
 pub struct Valid {
@@ -35,6 +35,8 @@ pub fn all() -> Vec<Valid> {
         raw("origins", file(&origins())),
         raw("compact", file(&compact::flat())),
         raw("compact-two-level", file(&compact::added(two_level()))),
+        raw("turned", file(&turns::flat())),
+        raw("turned-cut", file(&turns::cut())),
         Valid { name: "zstd", bytes: packed(), packed: true },
         raw("sequence-refitted", sequences::refitted().file()),
         raw("sequence-rebuilt", sequences::rebuilt().file()),

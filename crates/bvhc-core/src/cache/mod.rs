@@ -30,7 +30,8 @@ pub use crate::layout::{
     BlasRecord, BlasView, CompactNode, DELTA_MIN_MINOR, FrameRecord, GeomRecord, Header, IndexedTriangleRecord,
     InstanceRecord, KINDS, KNOWN_REQUIRED_FEATURES, KindRule, MAGIC, MAJOR, MAX_SECTIONS, MAX_STRING_LEN, MIN_MINOR,
     MINOR, NO_NODE, Names, PoseRecord, Presence, SEQUENCE_MIN_MINOR, SectionEntry, SectionKind, TopologyRecord,
-    TriangleRecord, View, WideRow, clip_name, minor_of, required_features, section_flags, side_flags, tree_flags,
+    TriangleRecord, TurnRecord, View, WideRow, clip_name, minor_of, required_features, section_flags, side_flags,
+    tree_flags,
 };
 pub use error::{CacheError, ErrorKind, Limited, Unlike};
 pub use file_bytes::FileBytes;

@@ -122,6 +122,8 @@ impl<'a> Opened<'a> {
             crow: find(SectionKind::CROW),
             cnod: find(SectionKind::CNOD),
             cref: find(SectionKind::CREF),
+            orow: find(SectionKind::OROW),
+            onod: find(SectionKind::ONOD),
             vert: find(SectionKind::VERT),
             side: find(SectionKind::SIDE),
             nams: find(SectionKind::NAMS),
@@ -130,8 +132,8 @@ impl<'a> Opened<'a> {
         let meta_place = find(SectionKind::META);
         let decoded = container.entries.iter().map(|_| None).collect();
         let (meta, meta_error, validation) = (None, None, options.validation);
-        let by_id = OnceLock::new();
-        let mut cache = Opened { bytes, container, decoded, places, by_id, meta, meta_error, validation };
+        let (by_id, marks) = (OnceLock::new(), OnceLock::new());
+        let mut cache = Opened { bytes, container, decoded, places, by_id, marks, meta, meta_error, validation };
         cache.fill(meta_place, options, exec).map_err(|fault| fault.of(name))?;
         Ok(cache)
     }
@@ -223,6 +225,13 @@ impl<'a> Opened<'a> {
                 order: section(places.cref).map(|_| self.compact_order()),
             };
             report.append(check::check_compact(&view, &compact, &limits, exec));
+        }
+        if report.is_valid() && ![places.orow, places.onod].into_iter().any(is_unread) {
+            let turns = check::TurnRecords {
+                rows: section(places.orow).map(|_| self.turns()),
+                nodes: section(places.onod).map(|_| self.turned_nodes()),
+            };
+            report.append(check::check_turns(&view, &turns, &limits, exec));
         }
         if section(self.places.vert).is_some() {
             report.append(check::check_vertices(&view, self.records(self.places.vert), &limits, exec));

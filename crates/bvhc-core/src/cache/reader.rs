@@ -12,7 +12,8 @@ use super::options::Validation;
 use super::records_by_id::RecordsById;
 use super::{Header, Meta, View};
 use crate::layout::{
-    BlasRecord, CompactNode, GeomRecord, InstanceRecord, Node, SectionEntry, SectionKind, TriangleRecord, WideRow,
+    BlasRecord, CompactNode, GeomRecord, InstanceRecord, Node, SectionEntry, SectionKind, TriangleRecord, TurnRecord,
+    WideRow, marks_of,
 };
 
 /// An open cache file that owns or maps its bytes.
@@ -27,6 +28,8 @@ pub struct Opened<'a> {
     pub(super) places: Places,
     /// For each instance of the scene its record; filled when it is first asked for.
     pub(super) by_id: OnceLock<RecordsById>,
+    /// For each pair of nodes whether it is turned; filled when it is first asked for.
+    pub(super) marks: OnceLock<Vec<u64>>,
     pub(super) meta: Option<Meta>,
     pub(super) meta_error: Option<String>,
     pub(super) validation: Validation,
@@ -44,6 +47,8 @@ pub(super) struct Places {
     pub crow: Option<usize>,
     pub cnod: Option<usize>,
     pub cref: Option<usize>,
+    pub orow: Option<usize>,
+    pub onod: Option<usize>,
     pub vert: Option<usize>,
     pub side: Option<usize>,
     pub nams: Option<usize>,
@@ -145,6 +150,22 @@ impl Opened<'_> {
     /// `CREF`: for each reference of a compact tree the triangle of the tree that it is; those of a tree stand where its triangles do.
     pub fn compact_order(&self) -> &[u32] {
         self.records(self.places.cref)
+    }
+
+    /// `OROW`: the turned subtrees. Empty in a file without them, as are their nodes.
+    pub fn turns(&self) -> &[TurnRecord] {
+        self.records(self.places.orow)
+    }
+
+    /// `ONOD`: the nodes below turned subtrees, with boxes along the axes that `OROW` states; where those of each begin,
+    /// [`TurnRecord::node_offset`] says.
+    pub fn turned_nodes(&self) -> &[Node] {
+        self.records(self.places.onod)
+    }
+
+    /// A bit for each pair of nodes that a turned subtree begins with.
+    pub(crate) fn turn_marks(&self) -> &[u64] {
+        self.marks.get_or_init(|| marks_of(self.turns(), self.nodes().len()))
     }
 
     /// The decoded bytes of section `index` of [`Cache::sections`]; `None` for an unknown codec, for a section that may be ignored and

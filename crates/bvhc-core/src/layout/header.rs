@@ -12,7 +12,7 @@ pub const MAGIC: [u8; 8] = *b"\x89BVH\r\n\x1A\n";
 pub const MAJOR: u16 = 1;
 /// Format minor version that this crate fully understands. What it writes states the lowest one that has all of the file's sections:
 /// [`minor_of`](super::minor_of).
-pub const MINOR: u16 = 4;
+pub const MINOR: u16 = 5;
 /// Smallest reader minor that can read still files.
 pub const MIN_MINOR: u16 = 0;
 /// Smallest reader minor that can read files of many frames.

@@ -7,6 +7,7 @@ mod node;
 mod records;
 mod section;
 mod sequence;
+mod turn;
 mod view;
 mod wide;
 
@@ -22,5 +23,6 @@ pub use records::{
 };
 pub use section::{KINDS, KindRule, Presence, SectionEntry, SectionKind, minor_of, section_flags};
 pub use sequence::{FrameRecord, IndexedTriangleRecord, PoseRecord, TopologyRecord};
+pub use turn::{NEST, TurnRecord, marks_of};
 pub use view::{BlasView, View};
 pub use wide::{WideNode, WideRow};

@@ -109,6 +109,10 @@ impl SectionKind {
     pub const CNOD: SectionKind = SectionKind(*b"CNOD");
     /// For each reference of compact trees the record of `TRIS` that it is, counted from the tree's own start. Since version 1.4.
     pub const CREF: SectionKind = SectionKind(*b"CREF");
+    /// Turned subtrees of a tree: [`TurnRecord`](super::TurnRecord). Since version 1.5.
+    pub const OROW: SectionKind = SectionKind(*b"OROW");
+    /// Their nodes, with boxes along axes of their own: [`Node`](crate::layout::Node). Since version 1.5.
+    pub const ONOD: SectionKind = SectionKind(*b"ONOD");
     /// Which vertices of the source each triangle has: three numbers for each record of `TRIS`. Since version 1.1.
     pub const VERT: SectionKind = SectionKind(*b"VERT");
     /// Which parts were mirrored when they were baked: a word of [`side_flags`](super::side_flags) for each row of `GEOM`. Since version 1.1.
@@ -200,7 +204,7 @@ pub enum Presence {
 }
 
 /// The kinds of this version, in the order in which this crate writes them.
-pub const KINDS: [KindRule; 19] = {
+pub const KINDS: [KindRule; 21] = {
     use section_flags::{CONTENT, COPY_SAFE, CRITICAL};
     const fn rule(kind: SectionKind, flags: u32, elem_size: u32, presence: Presence) -> KindRule {
         KindRule { kind, schema: 1, flags, elem_size, presence, ordinals: 1, since: 0 }
@@ -227,6 +231,8 @@ pub const KINDS: [KindRule; 19] = {
         since(4, rule(SectionKind::CROW, COPY_SAFE, 16, Presence::StillOptional)),
         since(4, rule(SectionKind::CNOD, COPY_SAFE, 80, Presence::StillOptional)),
         since(4, rule(SectionKind::CREF, COPY_SAFE, 4, Presence::StillOptional)),
+        since(5, rule(SectionKind::OROW, COPY_SAFE, 64, Presence::StillOptional)),
+        since(5, rule(SectionKind::ONOD, COPY_SAFE, 32, Presence::StillOptional)),
         since(1, rule(SectionKind::VERT, COPY_SAFE | CONTENT, 12, Presence::Optional)),
         since(1, rule(SectionKind::SIDE, COPY_SAFE | CONTENT, 4, Presence::Optional)),
         rule(SectionKind::NAMS, COPY_SAFE, 0, Presence::Optional),

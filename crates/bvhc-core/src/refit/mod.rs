@@ -9,6 +9,10 @@
 //!
 //! The pairs below a node are consecutive in a file, so subtrees are slices that threads can share out. Whoever computes a box, it is the same to the bit.
 
+mod turned;
+
+pub use turned::{Held, turned_nodes};
+
 use crate::exec::Executor;
 use crate::geom::Point;
 use crate::layout::{IndexedTriangleRecord, Node};

@@ -2,7 +2,7 @@
 
 use super::batch::answer_all;
 use super::wide::WideView;
-use super::{BatchError, Hit, Malformed, any_hit, closest_hit};
+use super::{BatchError, Hit, Malformed, TurnedView, any_hit, closest_hit};
 use crate::cache::{Frame, Opened};
 use crate::exec::Executor;
 use crate::geom::Ray;
@@ -87,14 +87,25 @@ impl Opened<'_> {
         is_of_file.then(|| WideView { view, nodes: self.compact_nodes(), rows, order, blocks: &[] })
     }
 
+    /// The tree of the file with its turned subtrees; `None` in a file without them.
+    pub fn turned(&self) -> Option<TurnedView<'_>> {
+        let (rows, nodes) = (self.turns(), self.turned_nodes());
+        let is_of_file = !rows.is_empty() && !nodes.is_empty() && self.instances().is_empty();
+        is_of_file.then(|| TurnedView { view: self.view(), rows, nodes, marks: self.turn_marks() })
+    }
+
     /// The nearest point where the ray meets the scene; see [`closest_hit`](super::closest_hit). It is traced through the compact trees where the file
-    /// has them, with the same answer to the last bit; only the [record](Hit::triangle) of a triangle that stands in several leaves may then be
+    /// has them, else through turned subtrees where it has those, with the same answer to the last bit; only the [record](Hit::triangle) of a triangle that stands in several leaves may then be
     /// another one of it.
     ///
     /// # Errors
     /// Where the tree is malformed, which only a file opened below [`Validation::Tree`](crate::cache::Validation::Tree) can be.
     pub fn closest_hit(&self, ray: &Ray) -> Result<Option<Hit>, Malformed> {
-        self.compact().map_or_else(|| closest_hit(&self.view(), ray), |wide| wide.closest_hit(ray))
+        match (self.compact(), self.turned()) {
+            (Some(wide), _) => wide.closest_hit(ray),
+            (None, Some(turned)) => turned.closest_hit(ray),
+            (None, None) => closest_hit(&self.view(), ray),
+        }
     }
 
     /// Whether the ray meets anything; see [`any_hit`](super::any_hit).
@@ -102,7 +113,11 @@ impl Opened<'_> {
     /// # Errors
     /// As [`Opened::closest_hit`].
     pub fn any_hit(&self, ray: &Ray) -> Result<bool, Malformed> {
-        self.compact().map_or_else(|| any_hit(&self.view(), ray), |wide| wide.any_hit(ray))
+        match (self.compact(), self.turned()) {
+            (Some(wide), _) => wide.any_hit(ray),
+            (None, Some(turned)) => turned.any_hit(ray),
+            (None, None) => any_hit(&self.view(), ray),
+        }
     }
 
     /// The nearest hit of each of many rays, on all threads with the feature `rayon`, else on this one; see [`View::closest_hits`] and
@@ -111,9 +126,10 @@ impl Opened<'_> {
     /// # Errors
     /// As [`Opened::closest_hit`], and where there are not as many places for hits as rays.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Result<(), BatchError> {
-        match self.compact() {
-            Some(wide) => wide.closest_hits(rays, hits, &Executor::current()),
-            None => self.view().closest_hits(rays, hits, &Executor::current()),
+        match (self.compact(), self.turned()) {
+            (Some(wide), _) => wide.closest_hits(rays, hits, &Executor::current()),
+            (None, Some(turned)) => turned.closest_hits(rays, hits, &Executor::current()),
+            (None, None) => self.view().closest_hits(rays, hits, &Executor::current()),
         }
     }
 }

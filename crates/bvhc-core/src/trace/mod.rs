@@ -21,6 +21,7 @@ mod slab;
 mod source;
 mod test;
 mod traverse;
+mod turned;
 mod visit;
 mod visit_scene;
 mod way_back;
@@ -31,6 +32,7 @@ pub use hit::{BatchError, Hit, Malformed};
 pub use observe::Fault;
 pub use observe::{Counters, NoObserver, Observer};
 pub use traverse::{FARTHEST, any_hit, closest_hit, try_any_hit, try_closest_hit};
+pub use turned::{TurnedView, Turns};
 pub use visit::{Step, Visit};
 pub use visit_scene::SceneVisit;
 

@@ -14,6 +14,8 @@ pub trait Observer {
     fn triangle(&mut self) {}
     /// A ray was mapped into an instance.
     fn instance(&mut self) {}
+    /// The ray was turned into the coordinates of a subtree: see [`TurnedView`](super::TurnedView).
+    fn turn(&mut self) {}
 
     /// The root's box was tested.
     fn root(&mut self, _met: bool) {}

@@ -131,6 +131,11 @@ impl<'a> Workshop<'a> {
             }
         };
         give_back();
+        if let Some(instances) = laid.instances.as_ref().filter(|_| self.args.orient) {
+            return Err(Failure::new(Exit::Usage, format!("cannot build {}", names::path(&job.output)))
+                .fact(format!("--orient is about files of one level, and this one has {} instances", instances.len()))
+                .help("add --levels one, or leave out --orient"));
+        }
         bar.phase("building", primitives);
         let exec = &self.context.exec;
         let mut accel = compile::compile_sound(laid, &self.build, exec, &bar).map_err(|e| caches::build_failure(&e))?;
@@ -140,6 +145,12 @@ impl<'a> Workshop<'a> {
         let mut image = Image::of_compiled(accel, exec).map_err(|e| caches::failure(&e))?;
         if NodeForm::any_compact(&self.args.nodes) {
             image.add_compact().map_err(|e| caches::failure(&e))?;
+        }
+        if self.args.orient {
+            caches::fits_turned(&job.output, &image, self.context)?;
+            let oriented = compile::orient_image(&mut image, exec).map_err(|e| caches::failure(&e))?;
+            self.context.terminal.detail(&format!("{}: {oriented}", names::path(&job.output)));
+            notes.push(oriented.to_string());
         }
         let build_time = start.elapsed() - read_time;
         notes.extend(self.effort(start));

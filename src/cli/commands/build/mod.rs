@@ -24,6 +24,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::names;
 use crate::cli::outputs;
+use crate::compile::orient_option;
 use crate::report::info::hex;
 use crate::scene::ReadOptions;
 use crate::size::bytes;
@@ -89,6 +90,10 @@ pub struct BuildArgs {
     /// rays, the same hits. Not for sequences
     #[arg(long, value_name = "FORM,…", value_enum, value_delimiter = ',', default_value = "binary")]
     pub nodes: Vec<options::NodeForm>,
+    /// Turn subtrees whose boxes pay along other axes, as measured rays say: 32 more bytes a node there, fewer nodes a ray, the same hits. The tree itself
+    /// stays what it is. For still files of one level
+    #[arg(long)]
+    pub orient: bool,
 
     #[command(flatten)]
     pub frames: FrameArgs,
@@ -160,6 +165,7 @@ fn workshop<'a>(args: &'a BuildArgs, context: &'a Context, alone: bool) -> Resul
     let mut recipe =
         Recipe { method: method.to_string(), builder_revision: build.revision(), options: build.effective() };
     recipe.options.extend(read.effective());
+    recipe.options.extend(args.orient.then(orient_option));
     Ok(Workshop { args, context, build, read, codec: args.codec, recipe, alone, strays: Arc::default() })
 }
 

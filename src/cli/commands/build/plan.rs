@@ -231,6 +231,14 @@ fn suits(args: &BuildArgs, job: &Job) -> Result<(), Failure> {
             "--nodes compact8 is about still files: the boxes of a sequence change from frame to frame".into(),
         )
         .help("leave it out, or take a frame out later: bvhc convert FILE -o OUT --frame N --nodes compact8")),
+        (Some(_), ..) if args.orient => Err(refuse(
+            "--orient is about still files: what pays in one frame of a sequence may not pay in another".into(),
+        )
+        .help("leave it out")),
+        _ if args.orient && NodeForm::any_compact(&args.nodes) => Err(refuse(
+            "--nodes compact8 and --orient each add what rays are traced in, and a ray is traced in one of them".into(),
+        )
+        .help("leave out --orient")),
         _ => Ok(()),
     }
 }

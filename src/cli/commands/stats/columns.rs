@@ -128,6 +128,12 @@ pub fn text(reports: &[FileReport], paths: &[PathBuf], depths: bool, verbose: u8
         table.row("  binary nodes", reports.iter().map(|r| each(Some(r.node_bytes_per_triangle))));
         table.row("  compact8 nodes", reports.iter().map(|r| each(r.compact8_bytes_per_triangle)));
     }
+    if reports.iter().any(|r| r.turned_subtrees.is_some()) {
+        let count = |r: &FileReport| r.turned_subtrees.map_or_else(dash, figures::count);
+        let each = |r: &FileReport| r.turned_bytes_per_triangle.map_or_else(dash, |bytes| format!("{bytes:.1}"));
+        table.row("turned subtrees", reports.iter().map(count));
+        table.row("  bytes per triangle", reports.iter().map(each));
+    }
     if reports.iter().any(|r| r.blas_spread.is_some()) {
         for (label, cell) in SPREAD_ROWS {
             table.row(label, reports.iter().map(|r| r.blas_spread.as_ref().map_or_else(dash, cell)));

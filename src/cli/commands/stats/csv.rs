@@ -9,7 +9,7 @@ use crate::trace::probe::Family;
 /// A figure as a machine reads it; the shortest text that gives the same number back.
 type Column = (&'static str, fn(&FileReport) -> String);
 
-const COLUMNS: [Column; 31] = [
+const COLUMNS: [Column; 33] = [
     ("file_len", |r| r.file_len.to_string()),
     ("levels", |r| r.levels.to_string()),
     ("trees", |r| r.blas.trees.to_string()),
@@ -43,6 +43,8 @@ const COLUMNS: [Column; 31] = [
     ("compact8_bytes_per_triangle", |r| {
         r.compact8_bytes_per_triangle.map_or_else(String::new, |bytes| bytes.to_string())
     }),
+    ("turned_subtrees", |r| r.turned_subtrees.map_or_else(String::new, |count| count.to_string())),
+    ("turned_bytes_per_triangle", |r| r.turned_bytes_per_triangle.map_or_else(String::new, |bytes| bytes.to_string())),
 ];
 
 fn epo_column(report: &FileReport, cell: fn(&EpoReport) -> String) -> String {

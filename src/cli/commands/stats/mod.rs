@@ -139,8 +139,12 @@ pub fn run(args: &StatsArgs, context: &Context) -> Result<Exit, Failure> {
         };
         let report = FileReport { epo, rays, families, ..FileReport::of_view(name, opened.header().file_len, &view) };
         let report = report.with_notes(opened.meta().map_or(&[], |meta| &meta.notes));
-        Ok(match opened.compact() {
+        let report = match opened.compact() {
             Some(trees) => report.with_compact(&trees),
+            None => report,
+        };
+        Ok(match opened.turned() {
+            Some(turned) => report.with_turned(&turned),
             None => report,
         })
     });

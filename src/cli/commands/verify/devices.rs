@@ -5,7 +5,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::{Context, advice};
 use crate::exec::Executor;
-use crate::verify::{Compact, Device, DeviceError};
+use crate::verify::{Compact, Device, DeviceError, Turned};
 
 #[cfg(feature = "opencl")]
 use crate::verify::{
@@ -99,14 +99,16 @@ impl Bench {
 }
 
 impl Bench {
-    /// What is compared with the CPU: its traversal of the compact trees, where a file has them, and every device that is open.
+    /// What is compared with the CPU: its traversal of compact trees and of turned subtrees, where a file has them, and every device that is open. Devices
+    /// read the tree along the axes of the scene, which every file has.
     pub fn devices<'a>(
         &'a self,
         cache: &'a Cache,
         exec: &'a Executor,
     ) -> Result<Vec<Box<dyn Device + 'a>>, DeviceError> {
         let compact = cache.compact().map(|trees| Box::new(Compact::new(trees, exec)) as Box<dyn Device + 'a>);
-        Ok(compact.into_iter().chain(self.opened(cache.view())?).collect())
+        let turned = cache.turned().map(|view| Box::new(Turned::new(view, exec)) as Box<dyn Device + 'a>);
+        Ok(compact.into_iter().chain(turned).chain(self.opened(cache.view())?).collect())
     }
 }
 

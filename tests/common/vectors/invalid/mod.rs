@@ -29,7 +29,7 @@ use super::bytes::{self, file, put_together, refix, sign, take_apart, with_entry
 use super::scenes::{self, comb, cut_in_two, one_level, pile, restate_sah, sheet, tree, two_level};
 
 use super::sequences::{self, Sequence};
-use super::{compact, valid};
+use super::{compact, turns, valid};
 
 /// A file that breaks one rule.
 pub struct Invalid {
@@ -73,6 +73,7 @@ pub fn all() -> Vec<Invalid> {
         topology(),
         triangles(),
         compact::all(),
+        turns::all(),
         instances(),
         source(),
         sequence(),

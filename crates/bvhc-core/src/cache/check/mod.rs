@@ -25,6 +25,7 @@ mod provenance;
 mod sequence;
 mod sides;
 mod topology;
+mod turns;
 mod vertices;
 
 use bytemuck::Pod;
@@ -45,6 +46,7 @@ pub(super) use counts::check_rows;
 pub(super) use hashes::check_packed;
 pub use identity::Bits;
 pub use sides::check as check_sides;
+pub use turns::{TurnRecords, check as check_turns};
 pub use vertices::check as check_vertices;
 
 /// How deep to look. Each level includes those before it.
@@ -222,6 +224,17 @@ pub(super) fn check_content<'a>(
             out.append(check_compact(&view, &compact, limits, exec));
         } else if compact.rows.is_some() {
             out.skip("Compact trees: those that they are made of break rules.");
+        }
+    }
+    let turns = TurnRecords {
+        rows: find(SectionKind::OROW).map(|(bytes, _)| records(bytes)),
+        nodes: find(SectionKind::ONOD).map(|(bytes, _)| records(bytes)),
+    };
+    if ![SectionKind::OROW, SectionKind::ONOD].into_iter().any(is_unread) {
+        if sound {
+            out.append(check_turns(&view, &turns, limits, exec));
+        } else if turns.rows.is_some() {
+            out.skip("Turned subtrees: the tree that they are of breaks rules.");
         }
     }
     let vertices = find(SectionKind::VERT).map(|(bytes, _)| records(bytes));

@@ -99,4 +99,11 @@ rules! {
         "the part must {expected}, but {actual}", "53-geom-64-bytes",
         means "Two triangles lead to one triangle of the model: to its normals, its material and its name.",
         because FOREIGN_WRITER, remedy Rebuild;
+    E0329 "turn-count", "the sections of turned subtrees are not both there, have another number of records, or are of no one tree",
+        "there must be {expected}, there are {actual}", "58-turned-subtrees",
+        means "A reader would look for nodes that are not there, or in the wrong tree.", because FOREIGN_WRITER, remedy Rebuild;
+    E0330 "turn-row", "a row of OROW does not name what lies below a node",
+        "the row must state {expected}, it states {actual}", "58-turned-subtrees",
+        means "A ray would be turned at the wrong node, or meet the boxes of one subtree along the axes of another.",
+        because FOREIGN_WRITER, remedy Rebuild;
 }

@@ -122,6 +122,20 @@ rules! {
         "{expected}, but {actual}", "57-compact-trees",
         means "Boxes are larger than eight bits need, so that rays visit nodes in vain, in the worst case every ray every node.",
         because FOREIGN_WRITER, remedy Rebuild;
+    E0436 "turn-axes", "the axes of a turned subtree are not at right angles, or not of length 1",
+        "a row must have {expected}, but {actual}", "58-turned-subtrees",
+        means "What arithmetic loses in a turned ray would be more than boxes are widened for, so that rays could miss what they hit.",
+        because FOREIGN_WRITER, remedy Rebuild;
+    E0437 "turn-links", "a turned node leads elsewhere than the node that it stands for",
+        "the node must have {expected}, ONOD states {actual}", "58-turned-subtrees",
+        means "Rays would come to other triangles than in the tree, or to none.", because FOREIGN_WRITER, remedy Rebuild;
+    E0438 "turn-box", "a box of a turned subtree does not hold what is below it",
+        "the box must hold {expected}, it is {actual}", "58-turned-subtrees",
+        means "Rays that miss the box would not find what is in it: holes in the picture.",
+        because "A writer that rounds inward, or that turns boxes and not the triangles in them.", remedy Rebuild;
+    E0439 "loose-turn-box", "a box of a turned subtree is larger than whole triangles need",
+        "the box may be {expected}, it is {actual}", "58-turned-subtrees",
+        means "Rays visit the node in vain, in the worst case every ray every node.", because FOREIGN_WRITER, remedy Rebuild;
     W0401 "negative-zero", "a position is minus zero",
         "a zero is written as {expected}, but {actual}", "52-tris-48-bytes",
         means "It traverses like plus zero, but equal scenes get different hashes.",

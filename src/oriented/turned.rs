@@ -1,31 +1,32 @@
 //! A finished tree whose subtrees may lie along bases of their own, and what rays do in it.
 
-use bvhc::geom::clip::Polygon;
-use bvhc::geom::vector::dot;
-use bvhc::geom::{Aabb, Ray};
-use bvhc::oriented::{Basis, OrientedBox};
-use bvhc::scene::Mesh;
-use bvhc::tree::Tree;
+use super::{Basis, OrientedBox};
+use crate::geom::clip::Polygon;
+use crate::geom::vector::dot;
+use crate::geom::{Aabb, Ray};
+use crate::layout::{BlasView, Node};
 
 /// Half the distance from 1 to the next number.
 const UNIT: f64 = f64::EPSILON / 2.0;
-/// An inner node is two boxes of 24 operations each; to turn a ray takes 30 and three divisions, and so about two thirds of that.
+/// What an inner node costs, in triangle tests.
 pub const NODE: f64 = 1.2;
+/// What it costs to turn a ray. An inner node is two boxes of 24 operations each; to turn a ray takes 30 and three divisions, and so about two thirds of
+/// that.
 pub const TURN: f64 = NODE * 33.0 / 48.0;
 
 /// A ray up to where it ends: everything that it must ask to be sure of that.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Segment {
-    pub origin: [f64; 3],
-    pub direction: [f64; 3],
-    pub end: f64,
-    /// The triangle that it ends at. Where it was cut, any of its leaves will do.
-    pub triangle: Option<u32>,
+    origin: [f64; 3],
+    direction: [f64; 3],
+    end: f64,
+    /// Part and number of the triangle that it ends at. Where it was cut, any of its leaves will do.
+    triangle: Option<(u32, u32)>,
 }
 
 impl Segment {
-    /// `hit` is where it ends: a distance and a triangle.
-    pub fn new(ray: &Ray, hit: Option<(f32, u32)>, scene: &Aabb) -> Segment {
+    /// `hit` is where it ends: a distance, and the triangle's part and number. `scene` holds all that may be met.
+    pub fn new(ray: &Ray, hit: Option<(f32, (u32, u32))>, scene: &Aabb) -> Segment {
         let (origin, direction) = (ray.origin.map(f64::from), ray.direction.map(f64::from));
         // Rays that hit nothing end behind all boxes.
         let reach: f64 = (0..3).map(|k| f64::from(scene.max[k]).abs().max(f64::from(scene.min[k]).abs())).sum();
@@ -75,69 +76,95 @@ struct Turn {
 /// What rays did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Work {
+    /// Inner nodes entered.
     pub nodes: u64,
+    /// Triangles tested.
     pub triangles: u64,
+    /// Times that a ray was turned.
     pub turns: u64,
     /// Rays that did not come to the triangle that they end at.
     pub lost: u64,
 }
 
 impl Work {
+    /// In triangle tests.
     pub fn cost(&self) -> f64 {
         NODE * self.nodes as f64 + self.triangles as f64 + TURN * self.turns as f64
     }
 }
 
+impl std::ops::Add for Work {
+    type Output = Work;
+
+    fn add(self, other: Work) -> Work {
+        Work {
+            nodes: self.nodes + other.nodes,
+            triangles: self.triangles + other.triangles,
+            turns: self.turns + other.turns,
+            lost: self.lost + other.lost,
+        }
+    }
+}
+
 /// A tree, the polygons in its leaves, and the basis that each inner node's two boxes lie along.
 pub struct Turned<'a> {
-    pub tree: &'a Tree,
-    /// Of each slot, what of its triangle is in its leaf.
-    polygons: Vec<Vec<[f64; 3]>>,
-    pub bases: Vec<Basis>,
+    tree: BlasView<'a>,
+    /// Of all slots in their order, what of the triangle is in its leaf.
+    points: Vec<[f64; 3]>,
+    /// Where those of each slot begin, and the end.
+    starts: Vec<usize>,
+    bases: Vec<Basis>,
     /// Along the basis of its parent.
     boxes: Vec<OrientedBox>,
 }
 
 impl<'a> Turned<'a> {
-    /// Along the axes everywhere.
-    pub fn new(mesh: &Mesh, tree: &'a Tree) -> Turned<'a> {
-        let mut polygons = vec![Vec::new(); tree.refs.len()];
-        for leaf in tree.nodes.iter().filter(|node| node.is_leaf()) {
+    /// Along the axes everywhere. The tree's records are sound.
+    pub fn new(tree: BlasView<'a>) -> Turned<'a> {
+        let (mut points, mut starts) =
+            (Vec::with_capacity(3 * tree.triangles.len()), vec![0; tree.triangles.len() + 1]);
+        let mut leaf_of: Vec<&Node> = tree.nodes.iter().filter(|node| node.is_leaf()).collect();
+        leaf_of.sort_by_key(|leaf| leaf.first);
+        for leaf in leaf_of {
             for slot in leaf.first as usize..(leaf.first + leaf.count) as usize {
-                let corners = mesh.triangles[tree.refs[slot] as usize].map(|v| mesh.positions[v as usize]);
-                let whole = corners.map(|p| p.map(f64::from));
-                let triangle_box = Aabb::from_points(&corners);
-                polygons[slot] = if leaf.bounds().contains(&triangle_box) {
-                    whole.to_vec()
-                } else {
-                    let part = Polygon::inside(&corners, &leaf.bounds()).corners().to_vec();
-                    if part.is_empty() { whole.to_vec() } else { part }
+                let corners = tree.triangles[slot].corners();
+                let part = match leaf.bounds().contains(&Aabb::from_points(&corners)) {
+                    true => Polygon::triangle(&corners),
+                    false => Polygon::inside(&corners, &leaf.bounds()),
                 };
+                match part.corners() {
+                    [] => points.extend(corners.map(|p| p.map(f64::from))),
+                    some => points.extend_from_slice(some),
+                }
+                starts[slot + 1] = points.len();
             }
         }
-        let along_axes = |node: &bvhc::tree::Node| OrientedBox {
-            basis: Basis::AXES,
-            low: node.min.map(f64::from),
-            high: node.max.map(f64::from),
-        };
         let bases = vec![Basis::AXES; tree.nodes.len()];
-        Turned { tree, polygons, bases, boxes: tree.nodes.iter().map(along_axes).collect() }
+        Turned { tree, points, starts, bases, boxes: tree.nodes.iter().map(along_axes).collect() }
     }
 
+    /// The basis that the boxes of a node's two children lie along.
+    pub fn basis(&self, node: usize) -> Basis {
+        self.bases[node]
+    }
+
+    /// The children of an inner node.
     pub fn children(&self, node: usize) -> Option<[usize; 2]> {
         let record = self.tree.nodes[node];
         (!record.is_leaf()).then_some([record.first as usize, record.first as usize + 1])
     }
 
-    /// Corners of all that is below.
-    pub fn points(&self, node: usize) -> Vec<[f64; 3]> {
-        match self.children(node) {
-            Some(children) => children.iter().flat_map(|child| self.points(*child)).collect(),
-            None => {
-                let record = self.tree.nodes[node];
-                self.polygons[record.first as usize..(record.first + record.count) as usize].concat()
+    /// Corners of all that is below: leaves tile the triangles in the order of the tree.
+    pub fn points(&self, node: usize) -> &[[f64; 3]] {
+        let end = |child: usize| {
+            let mut record = self.tree.nodes[node];
+            while !record.is_leaf() {
+                record = self.tree.nodes[record.first as usize + child];
             }
-        }
+            record
+        };
+        let (low, high) = (end(0), end(1));
+        &self.points[self.starts[low.first as usize]..self.starts[(high.first + high.count) as usize]]
     }
 
     /// Let all that is below a node lie along a basis. Along the axes the boxes are those of the tree.
@@ -160,18 +187,14 @@ impl<'a> Turned<'a> {
             None => {
                 let points = self.points(node);
                 let most = points.iter().flatten().fold(0.0f64, |most, c| most.max(c.abs()));
-                let mut bounds = OrientedBox::in_basis(basis, &points).expect("a leaf has triangles");
-                bounds.low = bounds.low.map(|v| v - 64.0 * UNIT * most);
-                bounds.high = bounds.high.map(|v| v + 64.0 * UNIT * most);
-                bounds
+                // A leaf has triangles, so the other case is never there.
+                let bounds = OrientedBox::in_basis(basis, points).unwrap_or(self.boxes[node]);
+                let [low, high] = [(bounds.low, -64.0), (bounds.high, 64.0)];
+                let moved = |(end, units): ([f64; 3], f64)| end.map(|v| v + units * UNIT * most);
+                OrientedBox { basis, low: moved(low), high: moved(high) }
             }
         };
-        if basis == Basis::AXES {
-            let record = self.tree.nodes[node];
-            self.boxes[node] = OrientedBox { basis, low: record.min.map(f64::from), high: record.max.map(f64::from) };
-        } else {
-            self.boxes[node] = bounds;
-        }
+        self.boxes[node] = if basis == Basis::AXES { along_axes(&self.tree.nodes[node]) } else { bounds };
         self.boxes[node]
     }
 
@@ -188,7 +211,7 @@ impl<'a> Turned<'a> {
     }
 
     /// What rays that come to a node do below. `above` is the basis that they come in.
-    pub fn work<'r>(&self, node: usize, above: &Basis, rays: impl Iterator<Item = &'r Segment>) -> Work {
+    pub fn work<'r>(&self, node: usize, above: &Basis, rays: impl IntoIterator<Item = &'r Segment>) -> Work {
         let mut work = Work::default();
         let mut open = Vec::new();
         for ray in rays {
@@ -198,8 +221,8 @@ impl<'a> Turned<'a> {
                 let Some(children) = self.children(node) else {
                     let record = self.tree.nodes[node];
                     work.triangles += u64::from(record.count);
-                    let held = &self.tree.refs[record.first as usize..(record.first + record.count) as usize];
-                    is_found |= ray.triangle.is_some_and(|triangle| held.contains(&triangle));
+                    let held = &self.tree.triangles[record.first as usize..(record.first + record.count) as usize];
+                    is_found |= ray.triangle.is_some_and(|is_it| held.iter().any(|t| (t.geom, t.prim) == is_it));
                     continue;
                 };
                 work.nodes += 1;
@@ -219,4 +242,8 @@ impl<'a> Turned<'a> {
         }
         work
     }
+}
+
+fn along_axes(node: &Node) -> OrientedBox {
+    OrientedBox { basis: Basis::AXES, low: node.min.map(f64::from), high: node.max.map(f64::from) }
 }
