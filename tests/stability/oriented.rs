@@ -54,6 +54,10 @@ fn turned_subtrees_save_rays_on_slanted_scenes_and_no_hit_is_lost() {
         assert_eq!(found.lost, 0, "{id}");
         assert!(found.file.paid < most[0] + 0.05, "{id}: {} in the file", found.file.paid);
         assert_eq!(found.file.differ, 0, "{id}");
+        // What pays takes bytes, and what does not pay takes none.
+        let (turns, bytes) = (found.file.turns, found.file.bytes);
+        assert_eq!((turns > 0, bytes > 1.0), (found.file.paid < 1.0, found.file.paid < 1.0), "{id}: {turns} {bytes}");
+        assert!(bytes < 1.6, "{id}: {bytes}");
         for (turned, most) in found.turned.into_iter().zip(most) {
             assert!(turned.over < most, "{id}: {} of {}", turned.over, found.cost);
             assert!(id != "F27" || turned.changes == 0, "{id}: {} changes", turned.changes);
