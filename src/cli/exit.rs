@@ -63,7 +63,7 @@ impl Exit {
                 "negative verdict: an invalid file, a wrong hit, or work that --dry-run --exit-code found"
             }
             Exit::Usage => "the command line is wrong",
-            Exit::Io => "a file could not be read or written, or another builder's program failed",
+            Exit::Io => "a file could not be read or written, or the program of another builder failed",
             Exit::Model => "a model is malformed or refused by policy",
             Exit::Unsupported => "a format version or feature that this version does not support, or no usable device",
             Exit::Limit => "a limit was exceeded, such as --max-memory",

@@ -21,6 +21,16 @@ pub fn counted(n: u64, one: &str, many: &str) -> String {
     format!("{} {}", count(n), if n == 1 { one } else { many })
 }
 
+/// Seconds as milliseconds of three digits, without their unit.
+pub fn milliseconds(seconds: f64) -> String {
+    let ms = 1e3 * seconds;
+    match ms {
+        _ if ms >= 100.0 => format!("{ms:.0}"),
+        _ if ms >= 10.0 => format!("{ms:.1}"),
+        _ => format!("{ms:.2}"),
+    }
+}
+
 /// `0.41 s`, `12.3 s`; below 10 ms in milliseconds.
 pub fn seconds(d: Duration) -> String {
     let s = d.as_secs_f64();

@@ -25,6 +25,11 @@ pub fn path(path: &Path) -> String {
     if out.is_empty() || out.contains(' ') { format!("'{out}'") } else { out }
 }
 
+/// A file's own name, without its folder.
+pub fn file(full: &Path) -> String {
+    path(Path::new(full.file_name().unwrap_or(full.as_os_str())))
+}
+
 /// Names of files as headings of columns: the folders that all share are left out, and long names lose their middle as far as
 /// they stay distinct.
 pub fn headings(paths: &[&Path]) -> Vec<String> {

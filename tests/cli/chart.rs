@@ -98,7 +98,8 @@ fn without_times(mut value: Value) -> Value {
             Value::Object(fields) => {
                 let timed = |name: &str| name.ends_with("seconds") || name.ends_with("per_second");
                 fields.retain(|name, _| {
-                    !timed(name) && !["threads", "front", "indistinct", "predictions"].contains(&name.as_str())
+                    !timed(name)
+                        && !["threads", "front", "indistinct", "predictions", "advice"].contains(&name.as_str())
                 });
                 fields.values_mut().for_each(strip);
             }

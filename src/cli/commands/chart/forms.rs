@@ -1,8 +1,9 @@
 //! The picture of the forms of one tree.
 
-use super::sections::{milliseconds, name, table_of};
+use super::sections::table_of;
 use super::{ChartArgs, command};
 use crate::cli::figures;
+use crate::cli::names;
 use crate::report::chart::page::{Cell, Section};
 use crate::report::chart::{Axis, Chart, Panel, Point, Series};
 use crate::report::tradeoff::FormRow;
@@ -20,13 +21,13 @@ pub fn section(path: &Path, tree: &str, rows: &[FormRow], args: &ChartArgs) -> S
         ("lost hits", Cell::Number),
     ];
     let cells = |row: &FormRow| {
-        let spread = [row.trace.lower_seconds, row.trace.upper_seconds].map(milliseconds).join("–");
+        let spread = [row.trace.lower_seconds, row.trace.upper_seconds].map(figures::milliseconds).join("–");
         vec![
             row.name.to_string(),
             row.bits.to_string(),
             format!("{:.1}", row.bytes_per_triangle),
             format!("{:.2}", row.mrays_per_second),
-            milliseconds(row.trace.median_seconds),
+            figures::milliseconds(row.trace.median_seconds),
             if row.trace.has_spread() { spread } else { "-".into() },
             row.lost.to_string(),
         ]
@@ -35,7 +36,7 @@ pub fn section(path: &Path, tree: &str, rows: &[FormRow], args: &ChartArgs) -> S
         let name = format!("{}, {} bits", row.name, row.bits);
         Point::new(row.bytes_per_triangle, row.mrays_per_second).named(name).of_row(number)
     };
-    let title = format!("Precision and width of nodes: {}", name(path));
+    let title = format!("Precision and width of nodes: {}", names::file(path));
     let bytes = Axis::linear("bytes of nodes a triangle").lower_is_better();
     let points = rows.iter().enumerate().map(point).collect();
     let panel = Panel::new(title.clone(), bytes, Axis::linear("Mrays/s on one thread")).with_front();

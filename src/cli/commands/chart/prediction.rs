@@ -4,6 +4,7 @@ use super::document::predictions_of;
 use super::measure::Charted;
 use super::sections::table_of;
 use super::{ChartArgs, commands};
+use crate::cli::names;
 use crate::report::chart::page::{Cell, Section};
 use crate::report::chart::{Axis, Chart, Panel, Point, Series};
 use crate::report::tradeoff::{PREDICTORS, Prediction, TradeOff};
@@ -45,9 +46,7 @@ pub fn section(charted: &[Charted], args: &ChartArgs) -> Option<Section> {
 
 fn model(charted: &Charted) -> Option<(String, &TradeOff)> {
     match charted {
-        Charted::Model(model) if model.recipes.recipes.len() > 1 => {
-            Some((super::sections::name(&model.path), &model.recipes))
-        }
+        Charted::Model(model) if model.recipes.recipes.len() > 1 => Some((names::file(&model.path), &model.recipes)),
         _ => None,
     }
 }

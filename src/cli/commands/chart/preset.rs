@@ -2,8 +2,8 @@
 
 use super::measure::Model;
 use super::quoted;
-use super::sections::{milliseconds, name};
 use crate::cli::figures;
+use crate::cli::names;
 use crate::cli::reading::ModelReading;
 use crate::report::tradeoff::{Origin, Row};
 use std::path::Path;
@@ -55,9 +55,9 @@ impl Advice<'_> {
         }
         format!(
             "For {} preset {} suits, built in {} ms: {cost}. Type: {typed}",
-            name(path),
+            names::file(path),
             preset.name,
-            milliseconds(preset.build.median_seconds)
+            figures::milliseconds(preset.build.median_seconds)
         )
     }
 }

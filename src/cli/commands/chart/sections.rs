@@ -16,19 +16,13 @@ use crate::report::tradeoff::{Origin, Reason, Row, panel};
 use crate::search::NAMED_RECIPE;
 use crate::size::bytes;
 use crate::verify::accuracy::Row as ArithmeticRow;
-use std::path::Path;
 
 /// What is charted, in a line.
 pub fn title(args: &ChartArgs) -> String {
     match &args.models[..] {
-        [one] => format!("Speed and cost: {}", name(one)),
+        [one] => format!("Speed and cost: {}", names::file(one)),
         several => format!("Speed and cost: {} models", several.len()),
     }
-}
-
-/// The file's own name; the command below each picture has its folder.
-pub(super) fn name(path: &Path) -> String {
-    names::path(Path::new(path.file_name().unwrap_or(path.as_os_str())))
 }
 
 /// The pictures of one input.
@@ -90,7 +84,7 @@ pub fn advice(charted: &Charted, args: &ChartArgs) -> Option<String> {
 fn recipes(model: &Model, args: &ChartArgs, context: &Context) -> Section {
     let rows = &model.recipes.recipes;
     let triangles = figures::counted(model.instanced_triangles, "triangle", "triangles");
-    let title = format!("Build time against ray cost: {}, {triangles}", name(&model.path));
+    let title = format!("Build time against ray cost: {}, {triangles}", names::file(&model.path));
     let columns = [
         ("recipe", Cell::Name),
         ("marks", Cell::Words),
@@ -107,11 +101,12 @@ fn recipes(model: &Model, args: &ChartArgs, context: &Context) -> Section {
     ];
     let cells = |row: &Row| {
         let build = &row.build;
-        let spread = format!("{}–{}", milliseconds(build.lower_seconds), milliseconds(build.upper_seconds));
+        let spread =
+            format!("{}–{}", figures::milliseconds(build.lower_seconds), figures::milliseconds(build.upper_seconds));
         vec![
             row.name.clone(),
             marks(row),
-            milliseconds(build.median_seconds),
+            figures::milliseconds(build.median_seconds),
             if build.has_spread() { spread } else { "-".into() },
             build.rounds.to_string(),
             format!("{:.2}", row.rays.cost),
@@ -216,7 +211,7 @@ fn marks(row: &Row) -> String {
 }
 
 fn arithmetic(model: &Model, measured: &Arithmetic, args: &ChartArgs) -> Section {
-    let (report, path) = (&measured.report, name(&model.path));
+    let (report, path) = (&measured.report, names::file(&model.path));
     let mut chart = accuracy::chart(&path, report);
     if args.models.len() > 1 {
         // In one file with others a panel says of which model it is.
@@ -291,7 +286,7 @@ fn sequence(measured: &Sequence, args: &ChartArgs) -> Section {
         ]
     };
     let table = table_of(&columns, report.frames.iter().zip(opened).map(cells).collect());
-    let name = name(path);
+    let name = names::file(path);
     let title = format!("Frames: {name}, {}", bytes(report.file_len));
     let mut chart = frames::chart(std::slice::from_ref(report));
     let heads = ["Ray cost", "Bytes added by each frame"];
@@ -310,15 +305,6 @@ fn sequence(measured: &Sequence, args: &ChartArgs) -> Section {
 
 pub(super) fn table_of(columns: &[(&str, Cell)], rows: Vec<Vec<String>>) -> Table {
     Table { columns: columns.iter().map(|(head, cell)| ((*head).to_string(), *cell)).collect(), rows }
-}
-
-pub(super) fn milliseconds(seconds: f64) -> String {
-    let ms = 1e3 * seconds;
-    match ms {
-        _ if ms >= 100.0 => format!("{ms:.0}"),
-        _ if ms >= 10.0 => format!("{ms:.1}"),
-        _ => format!("{ms:.2}"),
-    }
 }
 
 /// The table of a picture as text, without what to type, which would make lines too long.
