@@ -87,7 +87,7 @@ impl SetReport {
         // The mean of squares is over n, and the variance over n − 1.
         let standard_error = (spread / rays.saturating_sub(1).max(1) as f64).sqrt();
         let leaf_variability = variance.sqrt();
-        (rays > 0).then(|| SetReport { name, rays, visits, tests, leaves, leaf_variability, cost, standard_error })
+        (rays > 0).then_some(SetReport { name, rays, visits, tests, leaves, leaf_variability, cost, standard_error })
     }
 }
 

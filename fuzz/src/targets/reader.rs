@@ -7,7 +7,7 @@ use crate::planted::Seen;
 use bvhc::cache::{Between, Cache, CacheError, CompactNode, Frames, OpenOptions, Opened, Sequence, Validation, View};
 use bvhc::geom::{Aabb, Ray};
 use bvhc::trace::wide::WideView;
-use bvhc::trace::{TurnedView, Hit, NoObserver, try_any_hit, try_closest_hit};
+use bvhc::trace::{Hit, NoObserver, TurnedView, try_any_hit, try_closest_hit};
 
 pub const TARGET: Target = Target { name: "reader", run, change: file::change, faults: &["E0403", "E0302", "E0205"] };
 

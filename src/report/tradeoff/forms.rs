@@ -96,7 +96,7 @@ pub fn forms(image: &Image, rays: usize, rounds: u32, goes_on: impl Fn() -> bool
         for (seconds, ask) in round.iter_mut().zip(&asks) {
             let start = Instant::now();
             for (number, (ray, is_any)) in all().enumerate() {
-                if number as u64 % ASKED == 0 && !goes_on() {
+                if (number as u64).is_multiple_of(ASKED) && !goes_on() {
                     break 'rounds;
                 }
                 std::hint::black_box(ask(ray, is_any)?);
