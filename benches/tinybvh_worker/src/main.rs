@@ -14,6 +14,10 @@ use std::io::{Read, Result, Write, stdin, stdout};
 #[repr(C)]
 struct Raw([u8; 0]);
 
+/// A `bvhvec4` of the header, which asks for 16 bytes of alignment.
+#[repr(C, align(16))]
+struct Vertex([f32; 4]);
+
 // SAFETY: the types are those of `shim.cpp`, which this package compiles.
 unsafe extern "C" {
     fn tree_build(vertices: *const f32, triangles: u32, setting: u32, wide: u32, milliseconds: *mut f64) -> *mut Raw;
@@ -30,7 +34,7 @@ struct Tree<'a> {
     raw: *mut Raw,
     wide: u32,
     milliseconds: f64,
-    _vertices: &'a [[f32; 4]],
+    _vertices: &'a [Vertex],
 }
 
 impl Drop for Tree<'_> {
@@ -41,11 +45,10 @@ impl Drop for Tree<'_> {
 }
 
 impl<'a> Tree<'a> {
-    fn build(vertices: &'a [[f32; 4]], setting: u8, wide: u8) -> Tree<'a> {
+    fn build(vertices: &'a [Vertex], setting: u8, wide: u8) -> Tree<'a> {
         let mut milliseconds = 0.0;
         let triangles = (vertices.len() / 3) as u32;
-        // SAFETY: three vertices a triangle, of four floats each, borrowed for as long as the tree lives. The machine aligns them to four bytes only, and the
-        // header's own type asks for no more than its loads do, which are unaligned.
+        // SAFETY: three vertices a triangle, of the header's size and alignment, borrowed for as long as the tree lives.
         let raw =
             unsafe { tree_build(vertices.as_ptr().cast(), triangles, setting.into(), wide.into(), &mut milliseconds) };
         Tree { raw, wide: wide.into(), milliseconds, _vertices: vertices }
@@ -60,13 +63,23 @@ impl<'a> Tree<'a> {
         }
     }
 
-    fn indices(&self) -> &[u32] {
-        let mut indices = std::ptr::null();
-        // SAFETY: so many numbers, alive with the tree. Behind the last leaf there may be some that were never written, which the allocator had.
-        unsafe {
-            let count = tree_indices(self.raw, &mut indices) as usize;
-            std::slice::from_raw_parts(indices, count)
+    /// The leaf order, up to the end of the last leaf. Slots in no leaf are 0: spatial splits set aside more than they write.
+    fn indices(&self) -> Vec<u32> {
+        let mut indices: *const u32 = std::ptr::null();
+        // SAFETY: the tree is alive; this hands out a pointer and how many slots are behind it.
+        let room = unsafe { tree_indices(self.raw, &mut indices) } as usize;
+        let leaves = || {
+            let ranges = self.nodes().iter().map(|node| (node[3] as usize, node[7] as usize));
+            ranges.filter(|(first, count)| *count > 0 && first.saturating_add(*count) <= room)
+        };
+        let mut order = vec![0; leaves().map(|(first, count)| first + count).max().unwrap_or(0)];
+        for (first, count) in leaves() {
+            // SAFETY: the slots of a leaf lie within the room and were written by the build. The vector is of this function alone.
+            unsafe {
+                std::ptr::copy_nonoverlapping(indices.add(first), order[first..first + count].as_mut_ptr(), count)
+            };
         }
+        order
     }
 
     fn trace(&self, ray: &serve::Ray) -> Option<(f32, u32)> {
@@ -80,8 +93,8 @@ impl<'a> Tree<'a> {
 fn main() -> Result<()> {
     let (mut input, mut output) = (stdin().lock(), stdout().lock());
     let floats = serve::triangles(&mut input)?;
-    let vertices: Vec<[f32; 4]> =
-        floats.iter().flat_map(|t| [0, 3, 6].map(|i| [t[i], t[i + 1], t[i + 2], 0.0])).collect();
+    let vertices: Vec<Vertex> =
+        floats.iter().flat_map(|t| [0, 3, 6].map(|i| Vertex([t[i], t[i + 1], t[i + 2], 0.0]))).collect();
     if std::env::args().nth(1).as_deref() == Some("league") {
         return serve::serve(&mut input, &mut output, |setting, wide, rays| {
             // SAFETY: it takes nothing. The library has no way from a full sweep to its wide trees.
@@ -110,7 +123,7 @@ fn main() -> Result<()> {
         output.write_all(&(nodes.len() as u32).to_ne_bytes())?;
         output.write_all(bytemuck::cast_slice(nodes))?;
         output.write_all(&(indices.len() as u32).to_ne_bytes())?;
-        output.write_all(bytemuck::cast_slice(indices))?;
+        output.write_all(bytemuck::cast_slice(&indices))?;
         output.flush()?;
     }
     Ok(())
